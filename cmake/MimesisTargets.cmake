@@ -36,13 +36,20 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   endforeach()
 endif()
 
-# One target a launch file: scenario-NAME builds the programs that launch/NAME.yaml names in `exec:`, the verbs it gives
+# One target a launch file: scenario-NAME builds the programs that launch/NAME.yaml and what it includes name in `exec:`, the verbs they give
 # `mimesis` to run, and nothing else. Programs that are not built here (DART is absent) are left to the launcher to miss.
 function(mimesis_scenarios)
   file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/launch/*.yaml)
   foreach(file ${files})
     set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
     file(READ ${file} text)
+    string(REGEX MATCHALL "file: *[a-z_/]+[.]yaml" included "${text}")
+    foreach(part ${included})
+      string(REGEX REPLACE "file: *" "${PROJECT_SOURCE_DIR}/launch/" part ${part})
+      set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${part})
+      file(READ ${part} more)
+      string(APPEND text "${more}")
+    endforeach()
     string(REGEX MATCHALL "exec: *mimesis[a-z_]*" programs "${text}")
     string(REGEX MATCHALL "args: *\\[ *[a-z]+(, *[a-z]+)?" verbs "${text}")
     list(TRANSFORM programs REPLACE "exec: *" "")

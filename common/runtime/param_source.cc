@@ -38,20 +38,28 @@ std::vector<Yaml> split_at_commas(const std::string& text, const Place& place) {
 
 namespace fs = std::filesystem;
 
-/// Value at "nodes.camera.params"; null if only its last key is absent.
-const Yaml* section_of(const Yaml& document, const std::string& path) {
+/// Value at "nodes.camera.params"; null if only its last key is absent. Keys may hold dots.
+/// @param names  gets the names that a `for` on the way binds
+const Yaml* section_of(const Yaml& document, const std::string& path,
+                       std::set<std::string, std::less<>>& names) {
   const Yaml* at = &document;
   for (std::size_t begin = 0; begin < path.size();) {
-    const std::size_t end = std::min(path.find('.', begin), path.size());
-    const std::string key = path.substr(begin, end - begin);
-    const Yaml* next = at->find(key);
-    if (next == nullptr && end == path.size()) return nullptr;
+    std::size_t end = path.size();
+    const Yaml* next = at->find(path.substr(begin));
+    while (next == nullptr && (end = path.rfind('.', end - 1)) != std::string::npos && end > begin)
+      next = at->find(path.substr(begin, end - begin));
     if (next == nullptr) {
+      end = std::min(path.find('.', begin), path.size());
+      if (end == path.size()) return nullptr;
+      const std::string key = path.substr(begin, end - begin);
       throw ConfigError(to_string(at->place) + ": has no '" + key + "' on the way to " + path +
                         did_you_mean(key, at->keys()));
     }
     at = next;
     begin = end + 1;
+    if (const Yaml* repeated = at->find("for")) {
+      for (const std::string& name : repeated->keys()) names.insert(name);
+    }
   }
   return at;
 }
@@ -483,8 +491,8 @@ ParamSource::ParamSource(const std::string& reference, const std::vector<std::st
   }
   const std::size_t hash = reference.find('#');
   document_ = read_yaml(reference.substr(0, hash));
-  section_ =
-      hash == std::string::npos ? &document_ : section_of(document_, reference.substr(hash + 1));
+  section_ = hash == std::string::npos ? &document_
+                                       : section_of(document_, reference.substr(hash + 1), bound_);
   if (section_ == nullptr || section_->kind == Yaml::Kind::empty) {
     section_ = nullptr;
   } else if (section_->kind != Yaml::Kind::map) {
@@ -495,7 +503,10 @@ ParamSource::ParamSource(const std::string& reference, const std::vector<std::st
 
 void ParamSource::read(std::string_view owner, const VisitParams& visit) const {
   Variables variables(document_);
-  for (const std::string& arg : args_) variables.set_arg(arg);
+  for (const std::string& arg : args_) {
+    const auto [name, value] = split_assignment(arg, "--arg");
+    bound_.contains(name) ? variables.bind(name, value) : variables.set_arg(arg);
+  }
   ParamReader reader(owner, section_, variables, sets_);
   visit(reader);
   reader.finish();

@@ -87,6 +87,7 @@ class ParamSource {
   /// @param reference "" (defaults only), "FILE", or "FILE#KEY.KEY" for a section of a file, such
   /// as
   ///   launch/imitation.yaml#nodes.camera.params; a section whose last key is absent is empty.
+  ///   Names that a `for` on the way to the section binds count as arguments.
   /// @param args "NAME=VALUE" of arguments the file declares, replacing their defaults
   /// @param sets "KEY=VALUE", nested keys with dots, elements of lists by index:
   /// "balls.0.radius_m=0.1";
@@ -114,7 +115,8 @@ class ParamSource {
 
  private:
   Yaml document_;
-  const Yaml* section_ = nullptr;  // part of document_, null if empty
+  const Yaml* section_ = nullptr;             // part of document_, null if empty
+  std::set<std::string, std::less<>> bound_;  // names of `for` on the way to it
   std::vector<std::string> args_;
   std::vector<std::pair<std::string, std::string>> sets_;
 };

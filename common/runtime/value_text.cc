@@ -37,6 +37,13 @@ std::optional<bool> to_bool(std::string_view text) {
   return std::nullopt;
 }
 
+std::optional<bool> to_condition(std::string_view text) {
+  const bool inverted = text.starts_with('!');
+  auto value = to_bool(text.substr(inverted ? 1 : 0));
+  if (value) value = *value != inverted;
+  return value;
+}
+
 std::optional<double> to_amount(std::string_view text, std::span<const TextUnit> units) {
   const std::size_t split = text.find_last_of("0123456789.");
   if (split == std::string_view::npos) return std::nullopt;

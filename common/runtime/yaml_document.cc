@@ -410,9 +410,10 @@ std::string Variables::value(const std::string& variable, const Place& place, in
     return it != run_.end() ? it->second
                             : from_environment("MIMESIS_RUN_" + upper(name), variable, place);
   }
+  if (kind == "host" && !name.empty()) return address(name, place, depth);
   if (kind != "arg" || name.empty()) {
     throw ConfigError(to_string(place) + ": ${" + variable +
-                      "}: expected ${arg:NAME}, ${env:NAME} or ${run:NAME}");
+                      "}: expected ${arg:NAME}, ${env:NAME}, ${host:NAME} or ${run:NAME}");
   }
   if (const auto it = args_.find(name); it != args_.end()) return it->second;
   const Yaml* declaration = declared_ != nullptr ? declared_->find(name) : nullptr;
@@ -421,12 +422,40 @@ std::string Variables::value(const std::string& variable, const Place& place, in
     throw ConfigError(to_string(place) + ": no argument '" + name + "' is declared" +
                       did_you_mean(name, known));
   }
-  const Yaml* fallback = declaration->find("default");
+  const Yaml* fallback = default_of(name, depth);
   if (fallback == nullptr || fallback->kind != Yaml::Kind::scalar) {
     throw ConfigError(to_string(place) + ": argument '" + name + "' has no default: give --arg " +
                       name + "=VALUE");
   }
   return expand(*fallback, depth + 1);
+}
+
+const Yaml* Variables::default_of(const std::string& name, int depth) const {
+  for (const Yaml::Entry& flag : declared_->entries) {
+    const Yaml* implies = flag.value.find("implies");
+    const Yaml* implied = implies != nullptr ? implies->find(name) : nullptr;
+    if (implied == nullptr || flag.key == name) continue;
+    Yaml reference;
+    reference.text = "${arg:" + flag.key + "}";
+    reference.place = flag.place;
+    if (to_bool(expand(reference, depth + 1)) == true) return implied;
+  }
+  const Yaml* declaration = declared_->find(name);
+  return declaration != nullptr ? declaration->find("default") : nullptr;
+}
+
+std::string Variables::address(const std::string& host, const Place& place, int depth) const {
+  const Yaml* map = hosts_ != nullptr ? hosts_->find(host) : nullptr;
+  const Yaml* address = map != nullptr ? map->find("address") : nullptr;
+  if (address == nullptr) {
+    const auto known = hosts_ != nullptr ? hosts_->keys() : std::vector<std::string>{};
+    throw ConfigError(to_string(place) + ": there is no host '" + host + "'" +
+                      did_you_mean(host, known));
+  }
+  const Yaml* condition = map->find("if");
+  if (condition != nullptr && to_condition(expand(*condition, depth + 1)) == false)
+    return "127.0.0.1";  // its nodes run on the machine that launches
+  return expand(*address, depth + 1);
 }
 
 }  // namespace mimesis::runtime

@@ -78,9 +78,10 @@ std::vector<Scenario::Logged> until_the_outcome(const Scenario& run, const std::
   return messages;
 }
 
-TEST(BipedGraph, LockstepRunsAreEqual) {
-  const std::vector<std::string> options = {"--arg", "time_limit=4.5"};
-  Scenario a("biped", options), b("biped", options);
+/// launch/biped_two.yaml is the same graph on two hosts.
+TEST(BipedGraph, LockstepRunsAreEqualAndAsThoseOfTwoPcs) {
+  Scenario a("biped", {"--arg", "time_limit=4.5"}),
+      b("biped_two", {"--arg", "time_limit=4.5", "--arg", "sim=true"});
   EXPECT_EQ(a.wait(), 1);  // not there in time
   EXPECT_EQ(b.wait(), 1);
   EXPECT_EQ(a.result()["reason"], "goal not reached in time");

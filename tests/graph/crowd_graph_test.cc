@@ -111,6 +111,17 @@ TEST(CrowdGraph, TwoAndFourCoordinatorsMakeTheSameFormationAsOne) {
   }
 }
 
+TEST(CrowdGraph, FourHostsAreSimulatedAsOne) {
+  Scenario one("crowd_four", {"--arg", "scenario=formation", "--arg", "until=10"});
+  EXPECT_TRUE(one.wait().has_value());
+  Scenario run("crowd_four_hosts",
+               {"--arg", "scenario=formation", "--arg", "until=10", "--arg", "sim=true"});
+  EXPECT_TRUE(run.wait().has_value());
+  const Places places = at_the_end(one);
+  EXPECT_EQ(places.size(), 16u);
+  EXPECT_EQ(at_the_end(run), places);
+}
+
 TEST(CrowdGraph, LockstepRunsAreEqual) {
   const std::vector<std::string> options = {"--arg", "scenario=pillars", "--arg", "until=10"};
   Scenario a("crowd", options), b("crowd", options);

@@ -54,8 +54,9 @@ INSTANTIATE_TEST_SUITE_P(Teachers, Imitation,
                                            Case{"full,above,high", "precision", "above", "high"}),
                          [](const auto& c) { return "case" + std::to_string(c.index); });
 
-TEST(ImitationGraph, LockstepRunsAreEqualEvenSideBySide) {
-  Scenario a("imitation"), b("imitation");
+/// launch/robot.yaml is the same graph on two hosts.
+TEST(ImitationGraph, LockstepRunsAreEqualEvenSideBySideAndAsThoseOfTheRobot) {
+  Scenario a("imitation"), b("robot", {"--arg", "sim=true"});
   EXPECT_EQ(a.wait(), 0);
   EXPECT_EQ(b.wait(), 0);
   ASSERT_TRUE(a.result().is_object());

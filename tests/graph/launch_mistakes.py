@@ -5,16 +5,18 @@ import dataclasses
 @dataclasses.dataclass
 class Mistake:
     name: str
-    file: str         # of launch/
+    file: str         # of launch/, in which
     old: str          # first occurrence is replaced ...
     new: str          # ... by this; the mark « stands before the place to be named
     says: str         # part of the message
     suggests: str = None
     options: tuple = ()
     at: str = "mark"  # or "option": the mistake is on the command line; "anywhere": it has several places
+    main: str = None  # the file that is launched, if it includes `file`
 
 
 IMITATION, BIPED, CROWD, WALK = "imitation.yaml", "biped.yaml", "crowd.yaml", "walk.yaml"
+BODY = "parts/biped_body.yaml"
 
 # The 35 of which 24 were found when nodes did not yet describe themselves.
 FIRST = [
@@ -101,21 +103,21 @@ SECOND = [
     Mistake("table file", IMITATION, "table: bridge_table.yaml", "table: «bridge_tabel.yaml", "no such file",
             "bridge_table.yaml"),
     Mistake("arm for a table", IMITATION, "table: bridge_table.yaml", "table: «lwr4.yaml", "cannot be read"),
-    Mistake("arm for a biped", BIPED, "stabilizer: {delay_ticks: 5}}", "stabilizer: {delay_ticks: 5}, «robt: 1}",
-            "unknown parameter", "robot"),
+    Mistake("arm for a biped", BODY, "stabilizer: {delay_ticks: 5}}", "stabilizer: {delay_ticks: 5}, «robt: 1}",
+            "unknown parameter", "robot", main=BIPED),
     Mistake("arm that walks", BIPED, "robot: {description: biped.yaml}", "robot: {description: «lwr4.yaml}",
             "expected a biped's", "biped.yaml"),
     Mistake("motion model", BIPED, "model: biped_walk.motion.json", "model: «biped_wlak.motion.json", "no such file",
             "biped_walk.motion.json"),
     Mistake("style", BIPED, 'style: "${arg:style}"', 'style: «"${arg:style}"', "'brsk' is none of", "brisk",
             ("--arg", "style=brsk")),
-    Mistake("plant", BIPED, 'plant: "${arg:plant}"', 'plant: «"${arg:plant}"', "expected one of springs, servo", "servo",
-            ("--arg", "plant=sevro")),
+    Mistake("plant", BODY, 'plant: "${arg:plant}"', 'plant: «"${arg:plant}"', "expected one of springs, servo", "servo",
+            ("--arg", "plant=sevro"), main=BIPED),
     Mistake("scenario", CROWD, 'scenario: "${arg:scenario}"', 'scenario: «"${arg:scenario}"', "there is no 'leadr'", "leader",
             ("--arg", "scenario=leadr")),
-    Mistake("list that is too short", BIPED, '{can: "embedded:neck_right_arm", joints: 9}', '{can: "embedded:neck_right_arm", joints: «8}',
-            "the robot has 30", at="anywhere"),
-    Mistake("deep key", BIPED, "stabilizer: {delay_ticks: 5}", "stabilizer: {«delay_tick: 5}", "unknown parameter", "delay_ticks"),
+    Mistake("list that is too short", BODY, '{can: "${arg:neck_right_arm}", joints: 9}', '{can: "${arg:neck_right_arm}", joints: «8}',
+            "the robot has 30", at="anywhere", main=BIPED),
+    Mistake("deep key", BODY, "stabilizer: {delay_ticks: 5}", "stabilizer: {«delay_tick: 5}", "unknown parameter", "delay_ticks", main=BIPED),
     Mistake("deep result field", CROWD_BIPED, "robot: crowd/status.externals.0.trust", "robot: «crowd/status.externals.0.trsut",
             "has no field 'trsut'", "trust"),
     Mistake("success that is a number", CROWD, "success: crowd/outcome.success\n  fields", "success: «crowd/outcome.agents\n  fields",
@@ -134,12 +136,12 @@ SECOND = [
             "in: {handovers: crowd/handover}\n", "input 'peers' is left out", "crowd/states", at="anywhere"),
     Mistake("foreign out of another type", CROWD_FOUR, "out: {states: crowd/states, handover: crowd/handover}",
             "out: {states: crowd/states, handover: «crowd/states}", "'crowd/states' carries"),
-    Mistake("region of none", CROWD_FOUR, "regions: {own: 2,", "regions: {own: «7,", "7 of 4 regions"),
-    Mistake("rate that the robot has not", BIPED, 'params: {robot: biped.yaml, buses: *buses', 'params: {rate_hz: «100, robot: biped.yaml, buses: *buses',
-            "contradicts the robot's file"),
-    Mistake("rate of the walker", BIPED, "params: {offset_s: 0.00125, robot", "params: {rate_hz: «100, offset_s: 0.00125, robot", "rate_hz"),
+    Mistake("region of none", CROWD_FOUR, "regions: {own: 1,", "regions: {own: «7,", "7 of 4 regions"),
+    Mistake("rate that the robot has not", BODY, 'params: {robot: biped.yaml, buses: *buses', 'params: {rate_hz: «100, robot: biped.yaml, buses: *buses',
+            "contradicts the robot's file", main=BIPED),
+    Mistake("rate of the walker", BODY, "params: {offset_s: 0.00125, robot", "params: {rate_hz: «100, offset_s: 0.00125, robot", "rate_hz", main=BIPED),
     Mistake("name of a node twice", IMITATION, "  vision:\n", "  camera:\n", "appears twice", at="anywhere"),
-    Mistake("alias of nothing", BIPED, "buses: *buses", "buses: «*busses", "alias"),
+    Mistake("alias of nothing", BODY, "buses: *buses", "buses: «*busses", "alias", main=BIPED),
     Mistake("unclosed quote", IMITATION, 'bus: "embedded:arm"', 'bus: «"embedded:arm', "not closed"),
     Mistake("wrong indentation", IMITATION, "  camera:\n    exec", "  camera:\n    «sched: {}\n   exec", "column", at="anywhere"),
     Mistake("space behind a colon", IMITATION, "exec: mimesis_camera", "exec«:mimesis_camera", "no space behind the colon"),
@@ -151,4 +153,65 @@ SECOND = [
             "expected one of reverse, last", "last"),
     Mistake("type of a flag", BIPED, 'required: "${arg:whole}"', 'required: «"${arg:whole}"', "expected bool, found 'yes'", None,
             ("--arg", "whole=yes"), "anywhere"),
+]
+
+# With include, groups, for and conditions.
+ROBOT, FOUR_HOSTS, TWO = "robot.yaml", "crowd_four_hosts.yaml", "biped_two.yaml"
+SIM = ("--arg", "sim=true")
+THIRD = [
+    Mistake("file to include", BIPED, "file: parts/biped_body.yaml", "file: «parts/biped_bdoy.yaml", "there is no file",
+            "parts/biped_body.yaml"),
+    Mistake("key of an include", BIPED, "args: {plant:", "«arg: {plant:", "unknown key 'arg'", "args"),
+    Mistake("include as text", BIPED, "include:\n", "include:\n  - «parts/biped_body.yaml\n", "expected a map"),
+    Mistake("include of no launch file", BIPED, "include:\n", "include:\n  - {file: crowd/circle.yaml}\n", "expected version: 1",
+            at="anywhere"),
+    Mistake("argument of an included file", BIPED, 'plant: "${arg:plant}"', '«plnt: "${arg:plant}"', "declares no argument 'plnt'",
+            "plant"),
+    Mistake("value for an included file", BIPED, 'time_limit: "${arg:time_limit}"', "«time_limit: soon", "expected number, found 'soon'"),
+    Mistake("included twice", BIPED, "include:\n", "include:\n  - {file: parts/biped_body.yaml}\n", "there is a node 'sim_body' already",
+            at="anywhere"),
+    Mistake("parameters of an include", BIPED, "    args: {plant:", "    «params: {}\n    args: {plant:", "unknown key 'params'"),
+    Mistake("name space", BIPED, "  - file: parts/", "  - namespace: «my robot\n    file: parts/", "namespace 'my robot' is invalid"),
+    Mistake("after in an included file", BODY, "after: [bridge]", "after: [«brigde]", "no node 'brigde'", "bridge", main=BIPED),
+    Mistake("wire in an included file", BODY, "joints: bridge/arm", "joints: «brige/arm", "no node publishes 'brige/arm'", "bridge/arm",
+            main=BIPED),
+    Mistake("parameter in an included file", BODY, "{offset_s: 0.00125", "{«ofset_s: 0.00125", "unknown parameter", "offset_s", main=BIPED),
+    Mistake("YAML of an included file", BODY, "stop: {order: last}", "stop: «{order: last", "never closed", at="anywhere", main=BIPED),
+    Mistake("argument in an included file", BODY, '"${arg:waist_left_arm}"', '"«${arg:waist_left_am}"', "no argument 'waist_left_am'",
+            "waist_left_arm", main=BIPED),
+    Mistake("for without its name", CROWD_FOUR, "  crowd${arg:i}:", "  «crowd_other:", "expected ${arg:i} in its name",
+            "crowd_other${arg:i}"),
+    Mistake("for of another name", CROWD_FOUR, "  crowd${arg:i}:\n    for: {i:", "  «crowd${arg:i}:\n    for: {k:",
+            "expected ${arg:k} in its name", "crowd${arg:i}${arg:k}"),
+    Mistake("for as a list", CROWD_FOUR, "for: {i: [2, 3, 4]}", "for: «[2, 3, 4]", "expected {NAME: [VALUE, ...]}"),
+    Mistake("value of for twice", CROWD_FOUR, "[2, 3, 4]", "[2, 3, «3]", "'3' appears twice", at="anywhere"),
+    Mistake("two names of for", CROWD_FOUR, "for: {i: [2, 3, 4]}", "for: «{i: [2], k: [3, 4]}", "several names"),
+    Mistake("for with the name of an argument", CROWD_FOUR, "for: {i: [2, 3, 4]}", "for: {«rate: [2, 3, 4]}", "an argument already"),
+    Mistake("one region too many", CROWD_FOUR, "[2, 3, 4]", "[2, 3, 7]", "7 of 4 regions", at="anywhere"),
+    Mistake("parameter in a for", CROWD_FOUR, 'own: "${arg:i}"', 'onw: "${arg:i}"', "unknown parameter", "own", at="anywhere"),
+    Mistake("name of nothing in a for", CROWD_FOUR, 'own: "${arg:i}"', 'own: "«${arg:k}"', "no argument 'k'"),
+    Mistake("host in a for", FOUR_HOSTS, "host: h${arg:i}", "host: «k${arg:i}", "no host 'k2'", "h2", SIM),
+    Mistake("host without address", ROBOT, 'vision: {address: "${arg:vision}",', "«vision: {", "host 'vision' has no address", None, SIM),
+    Mistake("condition of a host", ROBOT, 'if: "!${arg:sim}"', 'iff: "!${arg:sim}"', "unknown key 'iff'", "if", SIM + ("--arg", "vision=localhost"),
+            "anywhere"),
+    Mistake("not for !", ROBOT, 'if: "!${arg:sim}"', 'if: «"not ${arg:sim}"', "expected true or false, found 'not true'", None,
+            SIM + ("--arg", "vision=localhost")),
+    Mistake("kind of variable", ROBOT, 'hand: "${arg:hand}"}', 'hand: "«${hosts:arm}"}', "expected ${arg:NAME}, ${env:NAME}, ${host:NAME}",
+            None, SIM),
+    Mistake("host of a variable", ROBOT, 'hand: "${arg:hand}"}', 'hand: "tcp:«${host:amr}:502"}', "there is no host 'amr'", "arm", SIM),
+    Mistake("implied argument", ROBOT, "implies: {clock: lockstep", "implies: {«clok: lockstep", "no argument 'clok'", "clock", SIM),
+    Mistake("implied value", ROBOT, "clock: lockstep,", "clock: lockstpe,", "expected one of wall, sim, lockstep", "lockstep", SIM,
+            "anywhere"),
+    Mistake("implied by a text", TWO, "type: bool\n", "type: string\n", "implies needs type: bool", None, SIM, "anywhere"),
+    Mistake("value of a flag", CROWD, "", "", "characters: expected bool, found 'yes'", None, ("--arg", "characters=yes"), "option"),
+    Mistake("condition of the result", ROBOT, "  if: ${arg:sim}              #", "  if: «simulated              #",
+            "expected true or false", None, SIM),
+    Mistake("group without nodes", WALK, "nodes:\n", "groups:\n  «walkers: {host: here}\nnodes:\n", "group 'walkers' has no nodes"),
+    Mistake("key of a group", WALK, "nodes:\n", "groups: {walkers: {«evn: {A: b}, nodes: {}}}\nnodes:\n", "unknown key 'evn'", "env"),
+    Mistake("group with the name of a node", WALK, "nodes:\n", "groups: {«recorder: {nodes: {}}}\nnodes:\n", "has the name of a node"),
+    Mistake("name with a slash", CROWD, "  synthesizer:\n", "  «figures/one:\n", "node name 'figures/one' is invalid", None,
+            ("--arg", "characters=true"), "mark"),
+    Mistake("type of an argument, misspelt", WALK, "x: {type: number", "x: {type: «nubmer", "expected one of", "number"),
+    Mistake("outside as text", CROWD, "outside: [crowd/characters, crowd/agents, crowd/style]", "outside: «crowd/agents",
+            "expected outside as a list", at="anywhere"),
 ]

@@ -68,7 +68,7 @@ def _lcm():
     return b"".join(event(n, (b"POSE", b"ROBOT_STATE")[n % 2], struct.pack(">Qq", 0xFEEDFACECAFEBEEF, n) * 3) for n in range(50))
 
 
-def _launches(names=("imitation", "biped", "crowd", "drawer", "walk")):
+def _launches(names=("imitation", "biped", "crowd", "crowd_four", "drawer", "walk")):
     return [trial.ROOT / f"launch/{name}.yaml" for name in names]
 
 
@@ -152,6 +152,7 @@ class Case:
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="safety-", dir="/dev/shm"))
         for path in (trial.ROOT / "models").iterdir():
             (self.folder / path.name).symlink_to(path)
+        (self.folder / "parts").symlink_to(trial.ROOT / "launch/parts")  # launch files include them
         (self.folder / "pictures").mkdir()
         seed = rng.choice(seeds())
         name, self.seed = (seed.name, seed.read_bytes()) if isinstance(seed, pathlib.Path) else seed

@@ -118,7 +118,7 @@ const Mistake kMistakes[] = {
     {"no_utf8", "#\xff\xff\xff\xff\n,", "@:2:1: a comma outside of brackets"},
     {"not_a_map", "- rate_hz\n", "@:1:1: expected a map of parameters, found a list"},
     {"variable_kind", "bus: ${argh:x}\n",
-     "@:1:6: ${argh:x}: expected ${arg:NAME}, ${env:NAME} or ${run:NAME}"},
+     "@:1:6: ${argh:x}: expected ${arg:NAME}, ${env:NAME}, ${host:NAME} or ${run:NAME}"},
     {"variable_open", "bus: a${arg:x\n", "@:1:7: ${ without }"},
     {"variable_unset", "bus: \"x/${env:MIMESIS_NOT_SET}\"\n",
      "@:1:9: ${env:MIMESIS_NOT_SET}: the environment has no MIMESIS_NOT_SET"},

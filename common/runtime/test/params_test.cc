@@ -95,6 +95,20 @@ TEST_F(Params, AbsentLastKeyOfTheSectionMeansNoParameters) {
             9);
 }
 
+TEST_F(Params, NamesOfForAreArgumentsOfTheSectionsInIt) {
+  const std::string yaml =
+      "groups:\n  all:\n    for: {r: [5, 6]}\n    nodes:\n"
+      "      a.${arg:r}.${arg:b}:\n        for: {b: [x]}\n"
+      "        params: {rate_hz: \"${arg:r}\", bus: \"${arg:b} ${host:h}\"}\n"
+      "hosts: {h: {address: 10.0.0.3}}\nnodes: {c: {params: {}}}\n";
+  const std::string section = "#groups.all.nodes.a.${arg:r}.${arg:b}.params";
+  const CrowdParams p = read(yaml, {}, {"r=6", "b=x"}, section);
+  EXPECT_EQ(p.rate_hz, 6.0);
+  EXPECT_EQ(p.bus, "x 10.0.0.3");
+  EXPECT_THROW(read(yaml, {}, {"r=6", "k=x"}, section), ConfigError);
+  EXPECT_THROW(read(yaml, {}, {"r=6"}, "#nodes.c.params"), ConfigError) << "not in that `for`";
+}
+
 TEST_F(Params, NothingChangesOnRefusedValues) {
   CrowdParams params;
   EXPECT_THROW(ParamSource("", {}, {"k_1_s=99", "gains=1,2,x"})

@@ -26,6 +26,7 @@ bool executable(const fs::path& path) {
 /// again.
 std::string launch_json(const GraphFile& graph, const Run& run) {
   nlohmann::ordered_json json{{"file", graph.file},
+                              {"included", graph.included},
                               {"args", nlohmann::json::array()},
                               {"sets", nlohmann::json::array()},
                               {"clock", graph.clock},
@@ -111,10 +112,9 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   add("--name", node.name.text);
   add("--graph", run.graph);
   add("--clock", graph.clock);
-  if (node.name.place.line > 0) {  // the clock is written in no file
-    const std::string file = far ? fs::absolute(graph.file).string() : graph.file;
-    add("--params", file + "#nodes." + node.name.text + ".params");
-    for (const auto& [name, value] : graph.args) add("--arg", name + "=" + value);
+  if (!node.params.empty()) {
+    add("--params", far ? fs::absolute(node.params).string() : node.params);
+    for (const auto& [name, value] : node.given) add("--arg", name + "=" + value);
   }
   for (const auto& [target, set] : run.sets) {
     if (target == node.name.text) add("--set", set);

@@ -9,16 +9,21 @@
 #include <array>
 #include <climits>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
 #include <map>
 #include <set>
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
 #include "common/time.h"
+#include "tools/mimesis/launch/expand.h"
+#include "tools/mimesis/launch/join.h"
 
 namespace mimesis::launch {
 namespace {
 
+namespace fs = std::filesystem;
 using runtime::Yaml;
 
 constexpr nanoseconds kShortestLoss = std::chrono::seconds(3);  // it is noticed after 2 s
@@ -70,7 +75,8 @@ void read_common(Section& s, NodeSpec& t) {
     });
   }
   t.hung_after = s.duration("hung_after").value_or(t.hung_after);
-  if (auto host = s.text("host")) t.host = std::move(*host);
+  if (auto host = s.text("host"))
+    t.host = host->text.empty() ? std::nullopt : std::optional(std::move(*host));
   s.entries("env", [&](const Text& name, const Yaml& value) {
     if (auto text = s.expand(value, "text")) t.env.emplace_back(name.text, text->text);
   });
@@ -88,7 +94,7 @@ std::vector<Wire> read_wires(Section& node, const std::string& key) {
   return wires;
 }
 
-/// `node`: the settings of one that does not say otherwise.
+/// `node`: the settings of one that does not say otherwise, from `defaults:` and its group.
 NodeSpec read_node(const Text& name, Section& s, NodeSpec node) {
   node.name = name;
   if (auto exec = s.text("exec")) {
@@ -99,9 +105,9 @@ NodeSpec read_node(const Text& name, Section& s, NodeSpec node) {
   node.args = s.texts("args");
   node.in = read_wires(s, "in");
   node.out = read_wires(s, "out");
-  node.after = s.texts("after");
+  for (Text& before : s.texts("after")) node.after.push_back(std::move(before));
   node.required = s.flag("required").value_or(false);
-  node.enabled = s.flag("if").value_or(true);
+  node.enabled = s.flag("if").value_or(true) && node.enabled;
   if (const Yaml* params = s.take("params");
       params != nullptr && params->kind != Yaml::Kind::map && params->kind != Yaml::Kind::empty) {
     s.mistakes().add(params->place, "expected params as a map, found " + params->described());
@@ -119,7 +125,26 @@ bool fits(const std::string& value, const std::string& type) {
   return true;
 }
 
-void read_args(Section& top, GraphFile& graph) {
+/// An argument's value from outside of its file.
+struct Given {
+  std::string name, value;
+  runtime::Place place;
+};
+
+void read_implied(Section& s, const Yaml& declared) {
+  s.entries("implies", [&](const Text& name, const Yaml& value) {
+    if (declared.find(name.text) == nullptr) {
+      s.mistakes().add(name.place, fmt::format("implies: no argument '{}' is declared{}", name.text,
+                                               runtime::did_you_mean(name.text, declared.keys())));
+    }
+    s.expand(value, "text");
+  });
+}
+
+/// After a mistake an argument has its default: one mistake is one line.
+void read_args(Section& top, runtime::Variables& variables, GraphFile& graph,
+               const std::vector<Given>& given) {
+  const Yaml* declared = top.take("args");
   top.entries("args", [&](const Text& name, const Yaml& declaration) {
     Section s(declaration, top.variables(), top.mistakes());
     const std::string type =
@@ -127,18 +152,26 @@ void read_args(Section& top, GraphFile& graph) {
             .value_or("string");
     s.text("help");
     s.take("default");
+    if (type != "bool" && s.has("implies"))
+      s.mistakes().add(name.place, name.text + ": implies needs type: bool");
+    read_implied(s, *declared);
     s.finish();
     Yaml reference;
     reference.kind = Yaml::Kind::scalar;
     reference.text = "${arg:" + name.text + "}";
     reference.place = declaration.place;
-    const auto value = s.expand(reference, "text");
+    auto value = s.expand(reference, "text");
     if (!value) return;
     if (!fits(value->text, type)) {
-      const bool given = top.variables().args().contains(name.text);
-      const Yaml* fallback = declaration.find("default");
-      top.mistakes().add(given || fallback == nullptr ? runtime::Place{"--arg"} : fallback->place,
+      const auto from = std::ranges::find(given, name.text, &Given::name);
+      const Yaml* fallback = variables.default_of(name.text);
+      top.mistakes().add(from != given.end()   ? from->place
+                         : fallback != nullptr ? fallback->place
+                                               : runtime::Place{"--arg"},
                          fmt::format("{}: expected {}, found '{}'", name.text, type, value->text));
+      if (from != given.end() && fallback != nullptr) value = s.expand(*fallback, "text");
+      if (!value) return;
+      variables.bind(name.text, value->text);
     }
     graph.args.emplace_back(name.text, value->text);
   });
@@ -179,6 +212,7 @@ void read_hosts(Section& top, GraphFile& graph) {
                                std::pair("prefix", &host.prefix)}) {
       if (const auto text = s.text(key)) *value = text->text;
     }
+    host.enabled = s.flag("if").value_or(true);
     s.choice("engine", {"process"});
     host.first_port = s.whole("first_port", 1, 65000).value_or(0);
     host.lost_after = s.duration("lost_after").value_or(host.lost_after);
@@ -191,94 +225,215 @@ void read_hosts(Section& top, GraphFile& graph) {
   });
 }
 
-void read_nodes(Section& top, GraphFile& graph, const NodeSpec& defaults) {
-  const Yaml* nodes = top.take("nodes");
-  if (nodes == nullptr || nodes->entries.empty()) {
-    top.mistakes().add(nodes != nullptr ? nodes->place : top.place(), "there are no nodes");
-  }
-  top.entries("nodes", [&](const Text& name, const Yaml& map) {
-    Section s(map, top.variables(), top.mistakes());
-    graph.nodes.push_back(read_node(name, s, defaults));
-  });
-}
-
-std::optional<FieldPath> field_path(const Text& text, Mistakes& mistakes) {
-  const std::size_t dot = text.text.find('.');
-  if (dot == std::string::npos || dot == 0 || dot + 1 == text.text.size()) {
-    mistakes.add(text.place, fmt::format("expected TOPIC.FIELD, found '{}'", text.text));
-    return std::nullopt;
-  }
-  return FieldPath{text.text.substr(0, dot), text.text.substr(dot + 1), text.place};
-}
-
-std::optional<ResultField> result_field(const Text& name, const Yaml& value, Section& section) {
-  ResultField field;
-  field.name = name.text;
-  std::optional<Text> from;
-  if (value.kind == Yaml::Kind::map) {
-    Section s(value, section.variables(), section.mistakes());
-    from = s.text("from");
-    if (!s.has("from"))
-      section.mistakes().add(value.place, "a result field needs from: TOPIC.FIELD");
-    field.scale = s.number("scale", -1e12, 1e12);
-    field.digits = s.whole("digits", 0, 15);
-    s.finish();
-  } else {
-    from = section.expand(value, "TOPIC.FIELD");
-  }
-  if (!from) return std::nullopt;
-  const auto path = field_path(*from, section.mistakes());
-  if (!path) return std::nullopt;
-  field.from = *path;
-  return field;
-}
-
-/// Depth-first search along `after`; a node met twice on one path closes a circle.
-class CircleSearch {
+/// Reads a launch file and those that it includes: each in names of its own, which get the
+/// namespace when they join the file around.
+class FileReader {
  public:
-  CircleSearch(const GraphFile& graph, Mistakes& mistakes) : graph_(graph), mistakes_(mistakes) {}
+  FileReader(std::string run_log, Mistakes& mistakes)
+      : run_log_(std::move(run_log)), mistakes_(mistakes) {}
 
-  void visit(const NodeSpec& node) {
-    if (done_[node.name.text]) return;
-    path_.push_back(node.name.text);
-    for (const Text& before : node.after) {
-      const auto on_path = std::find(path_.begin(), path_.end(), before.text);
-      if (on_path != path_.end()) {
-        std::string circle;
-        for (auto it = on_path; it != path_.end(); ++it) circle += *it + " -> ";
-        mistakes_.add(before.place, "nodes wait for each other: " + circle + before.text);
-      } else if (const NodeSpec* next = graph_.find(before.text)) {
-        visit(*next);
-      }
+  /// @throws ConfigError if it is no YAML.
+  GraphFile read(const std::string& file, const std::vector<Given>& given) {
+    auto known = documents_.find(file);
+    if (known == documents_.end()) known = documents_.emplace(file, runtime::read_yaml(file)).first;
+    const Yaml& document = known->second;
+    GraphFile graph;
+    graph.file = file;
+    Written all{.name = {},
+                .map = &document,
+                .path = {},
+                .bound = {},
+                .variables = runtime::Variables(document)};
+    runtime::Variables& variables = all.variables;
+    for (const Given& arg : given) variables.bind(arg.name, arg.value);
+    variables.set_run("log", run_log_);
+    Section top(document, variables, mistakes_);
+    // Version first: a newer file may have keys that mean nothing here.
+    if (const auto version = top.text("version"); !version || version->text != "1") {
+      mistakes_.add(version ? version->place : document.place, "expected version: 1");
+      graph.incomplete = true;
+      return graph;
     }
-    path_.pop_back();
-    done_[node.name.text] = true;
+    graph.incomplete = !check_given(file, variables, given);
+    if (graph.incomplete) return graph;
+    graph.clock = top.choice("clock", {"wall", "sim", "lockstep"}).value_or("wall");
+    read_args(top, variables, graph, given);
+    read_hosts(top, graph);
+    NodeSpec defaults;
+    top.section("defaults", [&](Section& s) { read_common(s, defaults); });
+    const Yaml* nodes = top.take("nodes");
+    const bool none = nodes == nullptr || nodes->entries.empty();
+    if (none && top.take("groups") == nullptr && top.take("include") == nullptr)
+      mistakes_.add(nodes != nullptr ? nodes->place : top.place(), "there are no nodes");
+    for (const std::string& key : document.keys()) {  // the order of the file is that of nodes
+      if (key == "nodes") read_nodes(top, "nodes", all, defaults, graph, nullptr);
+      if (key == "groups") read_groups(top, all, defaults, graph);
+      if (key == "include") include(top, graph);
+    }
+    graph.outside = top.texts("outside");
+    top.section("result", [&](Section& s) {
+      const bool wanted = s.flag("if").value_or(true);
+      ResultSpec result = read_result(s);
+      if (wanted) graph.result = std::move(result);
+    });
+    top.take("groups");
+    top.take("include");
+    top.finish();
+    return graph;
   }
 
  private:
-  const GraphFile& graph_;
+  static constexpr int kMostIncludes = 1000;  // files that include each other twice are 2^depth
+
+  /// The file declares these, and has defaults for all others.
+  bool check_given(const std::string& file, const runtime::Variables& variables,
+                   const std::vector<Given>& given) {
+    const Yaml* declared = documents_.at(file).find("args");
+    const auto known = declared != nullptr ? declared->keys() : std::vector<std::string>{};
+    for (const Given& arg : given) {
+      if (variables.declares(arg.name)) continue;
+      mistakes_.add(arg.place, fmt::format("{} declares no argument '{}'{}",
+                                           reading_.empty() ? "the file" : file, arg.name,
+                                           runtime::did_you_mean(arg.name, known)));
+    }
+    bool complete = true;
+    for (const std::string& name : reading_.empty() ? std::vector<std::string>{} : known) {
+      const Yaml* fallback = variables.default_of(name);
+      if (variables.args().contains(name) ||
+          (fallback != nullptr && fallback->kind == Yaml::Kind::scalar))
+        continue;
+      complete = false;
+      mistakes_.add(reading_.back().place,
+                    fmt::format("argument '{}' of {} has no default, expected args: {{{}: VALUE}}",
+                                name, file, name));
+    }
+    return complete;
+  }
+
+  void read_nodes(Section& section, const std::string& path, const Written& around,
+                  const NodeSpec& base, GraphFile& graph, Group* group) {
+    section.entries("nodes", [](const Text&, const Yaml&) {});  // a map
+    for (const Written& one : expanded(*section.take("nodes"), path, around, true, graph)) {
+      Section s(*one.map, one.variables, mistakes_);
+      s.take("for");
+      NodeSpec node = read_node(one.name, s, base);
+      node.params = graph.file + "#" + one.path + ".params";
+      node.given = graph.args;
+      node.given.insert(node.given.end(), one.bound.begin(), one.bound.end());
+      if (group != nullptr) group->nodes.push_back(node.name.text);
+      graph.nodes.push_back(std::move(node));
+    }
+  }
+
+  std::vector<Written> expanded(const Yaml& map, const std::string& path, const Written& around,
+                                bool named, GraphFile& graph) {
+    const std::size_t mistakes = mistakes_.size();
+    auto all = expand(map, path, around, named, mistakes_);
+    graph.incomplete = graph.incomplete || mistakes_.size() > mistakes;
+    return all;
+  }
+
+  void read_groups(Section& top, const Written& all, const NodeSpec& defaults, GraphFile& graph) {
+    top.entries("groups", [](const Text&, const Yaml&) {});  // a map
+    for (const Written& one : expanded(*top.take("groups"), "groups", all, false, graph)) {
+      Section s(*one.map, one.variables, mistakes_);
+      NodeSpec base = defaults;
+      read_common(s, base);
+      base.enabled = s.flag("if").value_or(true);
+      base.after = s.texts("after");
+      s.take("for");
+      Group group{one.name, {}};
+      if (s.take("nodes") != nullptr) {
+        read_nodes(s, one.path + ".nodes", one, base, graph, &group);
+      } else {
+        mistakes_.add(one.name.place, fmt::format("group '{}' has no nodes", one.name.text));
+      }
+      s.finish();
+      join(graph, std::move(group));
+    }
+  }
+
+  void include(Section& top, GraphFile& graph) {
+    const Yaml* list = top.take("include");
+    if (list->kind != Yaml::Kind::sequence)
+      mistakes_.add(list->place, "expected include as a list, found " + list->described());
+    for (const Yaml& item : list->items) {
+      Section s(item, top.variables(), mistakes_);
+      const auto file = s.text("file");
+      const auto name_space = s.text("namespace");
+      const bool wanted = s.flag("if").value_or(true);
+      std::vector<Given> given;
+      s.entries("args", [&](const Text& name, const Yaml& value) {
+        if (auto text = s.expand(value, "text"))
+          given.push_back({name.text, text->text, name.place});
+      });
+      s.finish();
+      if (item.kind == Yaml::Kind::map && !s.has("file"))
+        mistakes_.add(item.place, "an include needs file: FILE");
+      if (!file || !may_include(graph.file, *file)) {
+        graph.incomplete = true;
+        continue;
+      }
+      GraphFile part;
+      try {
+        part = read(beside(graph.file, file->text), given);
+      } catch (const ConfigError& e) {
+        mistakes_.add_line(file->place, e.what());
+        graph.incomplete = true;
+      }
+      reading_.pop_back();
+      if (part.file.empty()) continue;
+      for (NodeSpec& node : part.nodes) node.enabled = node.enabled && wanted;
+      if (name_space && check_name(*name_space, "namespace", mistakes_))
+        set_namespace(part, name_space->text);
+      join(graph, std::move(part), mistakes_);
+    }
+  }
+
+  static std::string beside(const std::string& file, const std::string& name) {
+    return (fs::path(file).parent_path() / name).lexically_normal().string();
+  }
+
+  /// It is there, and not being read; then it is being read.
+  bool may_include(const std::string& from, const Text& name) {
+    const fs::path file = beside(from, name.text);
+    std::error_code ignored;
+    if (!fs::is_regular_file(file, ignored)) {
+      std::vector<std::string> known;
+      const fs::path folder = fs::path(name.text).parent_path();
+      for (const auto& entry : fs::directory_iterator(file.parent_path(), ignored)) {
+        if (entry.path().extension() == ".yaml")
+          known.push_back((folder / entry.path().filename()).string());
+      }
+      mistakes_.add(name.place, fmt::format("there is no file '{}'{}", file.string(),
+                                            runtime::did_you_mean(name.text, known)));
+      return false;
+    }
+    reading_.push_back({from, name.place});
+    std::string circle;
+    for (const Reading& one : reading_) {
+      if (circle.empty() && !fs::equivalent(one.file, file, ignored)) continue;
+      circle += fmt::format("{}{} includes the next ({})", circle.empty() ? "" : ", ", one.file,
+                            to_string(one.place));
+    }
+    if (circle.empty() && ++includes_ <= kMostIncludes) return true;
+    mistakes_.add(name.place, circle.empty() ? "more than 1000 files are included"
+                                             : "files include each other: " + circle);
+    reading_.pop_back();
+    return false;
+  }
+
+  struct Reading {
+    std::string file;
+    runtime::Place place;  ///< of what it includes
+  };
+
+  std::string run_log_;
   Mistakes& mistakes_;
-  std::vector<std::string> path_;
-  std::map<std::string, bool> done_;
+  std::map<std::string, Yaml> documents_;
+  std::vector<Reading> reading_;  ///< files around the one that is read, the outermost first
+  int includes_ = 0;
 };
-
-/// Length of the longest chain of `after` below a node.
-int level(const GraphFile& graph, const NodeSpec& node) {
-  int below = -1;
-  for (const Text& before : node.after) {
-    if (const NodeSpec* next = graph.find(before.text))
-      below = std::max(below, level(graph, *next));
-  }
-  return below + 1;
-}
-
-void add_with_all_before(const GraphFile& graph, const NodeSpec& node,
-                         std::set<std::string>& names) {
-  if (!names.insert(node.name.text).second) return;
-  for (const Text& before : node.after) {
-    if (const NodeSpec* next = graph.find(before.text)) add_with_all_before(graph, *next, names);
-  }
-}
 
 }  // namespace
 
@@ -297,114 +452,32 @@ bool GraphFile::several_hosts() const {
 }
 
 const NodeSpec* GraphFile::find(const std::string& node) const {
-  const auto it =
-      std::ranges::find(nodes, node, [](const NodeSpec& spec) { return spec.name.text; });
-  return it != nodes.end() ? &*it : nullptr;
+  const NodeSpec* found = nullptr;
+  for (const NodeSpec& spec : nodes) {
+    if (spec.name.text != node || (found != nullptr && !spec.enabled)) continue;
+    found = &spec;
+    if (spec.enabled) break;
+  }
+  return found;
 }
 
 GraphFile read_graph_file(const std::string& file, const std::vector<std::string>& args,
                           const std::string& run_log, Mistakes& mistakes) {
-  const Yaml document = runtime::read_yaml(file);
-  runtime::Variables variables(document);
+  std::vector<Given> given;
   for (const std::string& arg : args) {
     try {
-      variables.set_arg(arg);
+      auto [name, value] = runtime::split_assignment(arg, "--arg");
+      given.push_back({std::move(name), std::move(value), {"--arg"}});
     } catch (const ConfigError& e) {
       mistakes.add_line({}, e.what());
     }
   }
-  variables.set_run("log", run_log);
-
-  GraphFile graph;
-  graph.file = file;
-  Section top(document, variables, mistakes);
-  // Version first: a newer file may have keys that mean nothing here.
-  if (const auto version = top.text("version"); !version || version->text != "1") {
-    mistakes.add(version ? version->place : document.place, "expected version: 1");
-    return graph;
-  }
-  graph.clock = top.choice("clock", {"wall", "sim", "lockstep"}).value_or("wall");
-  read_args(top, graph);
-  read_hosts(top, graph);
-  NodeSpec defaults;
-  top.section("defaults", [&](Section& s) { read_common(s, defaults); });
-  read_nodes(top, graph, defaults);
-  graph.outside = top.texts("outside");
-  if (const Yaml* result = top.take("result");
-      result != nullptr && result->kind == Yaml::Kind::map) {
-    Section s(*result, variables, mistakes);
-    graph.result = read_result(s);
-  }
-  top.finish();
+  GraphFile graph = FileReader(run_log, mistakes).read(file, given);
+  open_groups(graph, mistakes);
   check_order(graph, mistakes);
   drop_disabled(graph);
+  if (!check_names(graph, mistakes)) graph.incomplete = true;
   return graph;
-}
-
-ResultSpec read_result(Section& section) {
-  ResultSpec result;
-  if (auto until = section.text("until")) {
-    result.until = std::move(*until);
-  } else if (!section.has("until")) {
-    section.mistakes().add(section.place(), "result needs until: TOPIC");
-  }
-  result.timeout = section.duration("timeout").value_or(result.timeout);
-  result.wall_timeout = section.duration("wall_timeout").value_or(result.wall_timeout);
-  if (const auto success = section.text("success")) {
-    result.success = field_path(*success, section.mistakes());
-  }
-  section.entries("fields", [&](const Text& name, const Yaml& value) {
-    if (auto field = result_field(name, value, section)) result.fields.push_back(std::move(*field));
-  });
-  section.finish();
-  return result;
-}
-
-void check_order(const GraphFile& graph, Mistakes& mistakes) {
-  std::vector<std::string> known;
-  for (const NodeSpec& node : graph.nodes) known.push_back(node.name.text);
-  for (const NodeSpec& node : graph.nodes) {
-    for (const Text& before : node.after) {
-      if (graph.find(before.text) == nullptr) {
-        mistakes.add(before.place, "after: there is no node '" + before.text + "'" +
-                                       runtime::did_you_mean(before.text, known));
-      }
-    }
-  }
-  CircleSearch search(graph, mistakes);
-  for (const NodeSpec& node : graph.nodes) search.visit(node);
-}
-
-void drop_disabled(GraphFile& graph) {
-  std::ranges::copy_if(graph.nodes, std::back_inserter(graph.disabled),
-                       [](const NodeSpec& node) { return !node.enabled; });
-  std::erase_if(graph.nodes, [](const NodeSpec& node) { return !node.enabled; });
-  for (NodeSpec& node : graph.nodes) {
-    std::erase_if(node.after,
-                  [&](const Text& before) { return graph.find(before.text) == nullptr; });
-  }
-}
-
-void sort_by_start(GraphFile& graph) {
-  std::map<std::string, int> levels;
-  for (const NodeSpec& node : graph.nodes) levels[node.name.text] = level(graph, node);
-  std::ranges::stable_sort(graph.nodes, {},
-                           [&](const NodeSpec& node) { return levels[node.name.text]; });
-}
-
-std::vector<std::vector<std::string>> stop_order(const GraphFile& graph) {
-  std::set<std::string> last;
-  for (const NodeSpec& node : graph.nodes) {
-    if (node.stop.last) add_with_all_before(graph, node, last);
-  }
-  // Key: ordinary nodes before `last` ones, then from the top of the chains down.
-  std::map<std::pair<bool, int>, std::vector<std::string>> groups;
-  for (const NodeSpec& node : graph.nodes) {
-    groups[{last.contains(node.name.text), -level(graph, node)}].push_back(node.name.text);
-  }
-  std::vector<std::vector<std::string>> order;
-  for (auto& [key, group] : groups) order.push_back(std::move(group));
-  return order;
 }
 
 }  // namespace mimesis::launch

@@ -44,6 +44,8 @@ struct Wire {
 
 struct NodeSpec {
   Text name;
+  std::string params;  ///< place of its parameters: "FILE#nodes.KEY.params"; empty: in no file
+  std::vector<std::pair<std::string, std::string>> given;  ///< arguments for these
   Text exec;
   std::vector<Text> args;
   std::vector<Wire> in, out;
@@ -78,8 +80,16 @@ struct Host {
   int first_port = 0;  ///< of its nodes, three each in the order of the file; 0: any
   nanoseconds lost_after = std::chrono::seconds(30);  ///< then its nodes count as dead
 
+  bool enabled = true;         ///< `if`; else its nodes run on the machine that launches
   bool here = false;           ///< it is this machine
   std::string target() const;  ///< for ssh
+  bool operator==(const Host&) const = default;
+};
+
+/// Nodes that share settings and a condition, and for all of which others may wait.
+struct Group {
+  Text name;
+  std::vector<std::string> nodes;
 };
 
 /// TOPIC.FIELD of a message: the topic ends at the first dot.
@@ -104,17 +114,21 @@ struct ResultSpec {
   std::vector<ResultField> fields;
 };
 
-/// A launch file, checked and with its variables replaced.
+/// A launch file with those that it includes, checked and with its variables replaced.
 struct GraphFile {
   std::string file;
-  std::string clock = "wall";                             ///< wall, sim or lockstep
+  std::vector<std::string> included;  ///< other files, each once
+  bool incomplete = false;            ///< nodes are missing or double, by mistakes that are noted
+  std::string clock = "wall";         ///< wall, sim or lockstep
   std::vector<std::pair<std::string, std::string>> args;  ///< effective values of all arguments
   std::vector<Host> hosts;
   std::vector<NodeSpec> nodes;  ///< enabled ones, in the order of the file
   std::vector<NodeSpec> disabled;
+  std::vector<Group> groups;
   std::vector<Text> outside;  ///< topics that programs outside of the file publish
   std::optional<ResultSpec> result;
 
+  /// An enabled one goes before others of its name.
   const NodeSpec* find(const std::string& node) const;
   /// The host of a node, if that is another one than this machine; else null.
   const Host* far(const NodeSpec& node) const;
@@ -134,7 +148,7 @@ ResultSpec read_result(Section& section);
 /// Notes every `after` that names no node of the file, and every circle of them.
 void check_order(const GraphFile& graph, Mistakes& mistakes);
 
-/// Removes nodes with a false `if`, and the waiting for them.
+/// Removes nodes with a false `if`, and the waiting for them. Nodes of a host with one run here.
 void drop_disabled(GraphFile& graph);
 
 /// The nodes in an order in which each comes after those it waits for, otherwise as in the file.

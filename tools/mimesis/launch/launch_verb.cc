@@ -17,6 +17,7 @@
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/launch/file_help.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/keeper.h"
 #include "tools/mimesis/launch/result.h"
@@ -35,6 +36,7 @@ struct Options {
   std::string graph;              ///< empty: the environment's
   std::string name;               ///< name of the run; empty: made from the time
   bool check = false, dry_run = false, json = false;
+  bool help = false, schema = false;
   bool keep_running = false;  ///< the result does not end the run
   bool verbose = false;
   std::uint64_t log_limit = tool::kLogLimit;  ///< of older runs [bytes]
@@ -226,8 +228,16 @@ void report_killed(const GraphFile& graph, const Run& run, const std::string& wh
   clean_folder(runtime::graph_directory(run.graph));
 }
 
-/// Returns the exit code. @throws ConfigError
+/// Returns the exit code. @throws ConfigError, CLI::Error
 int check_show_or_run(const Options& options) {
+  if (options.help && options.file.empty()) throw CLI::CallForHelp();
+  if (options.help || options.schema) {
+    fmt::print("{}", options.help
+                         ? printable(file_help(options.file, options.args, options.json), "\n")
+                         : kSchema);
+    return 0;
+  }
+  if (options.file.empty()) throw CLI::RequiredError("file");
   const Run run = make_run(options);
   Mistakes mistakes;
   GraphFile file;
@@ -265,7 +275,11 @@ namespace mimesis::tool {
 void add_launch(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("launch");
   auto options = std::make_shared<launch::Options>();
-  verb->add_option("file", options->file, "Launch file (YAML, see launch/README.md)")->required();
+  verb->set_help_flag();
+  verb->add_option("file", options->file, "Launch file (YAML, see launch/README.md)");
+  verb->add_flag("-h,--help", options->help,
+                 "Print this; behind a file: what it is, its arguments and its nodes");
+  verb->add_flag("--schema", options->schema, "Print the JSON Schema of launch files, for editors");
   verb->add_flag("--check", options->check,
                  "Report all mistakes of the file with line and column; start nothing");
   verb->add_flag("--dry-run", options->dry_run,
@@ -298,7 +312,8 @@ void add_launch(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  mimesis launch launch/imitation.yaml --arg teacher=full,below,low\n"
       "  mimesis launch launch/imitation.yaml --set planner.rate_hz=100\n"
-      "  mimesis launch launch/imitation.yaml --check");
+      "  mimesis launch launch/imitation.yaml --check\n"
+      "  mimesis launch launch/imitation.yaml --help");
   verb->callback([options, &exit_code] { exit_code = launch::check_show_or_run(*options); });
 }
 

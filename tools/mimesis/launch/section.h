@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -35,12 +36,17 @@ class Mistakes {
   void add_line(const runtime::Place& near, const std::string& line) {
     all_.push_back({near, line});
   }
+  std::size_t size() const { return all_.size(); }
   bool empty() const { return std::ranges::all_of(all_, &Mistake::warning); }
-  /// In the order of the file, each once.
+  /// In the order of the files, each once; those of no file are first.
   std::vector<Mistake> sorted() const {
     std::vector<Mistake> sorted = all_;
-    std::ranges::stable_sort(
-        sorted, {}, [](const Mistake& m) { return std::pair(m.near.line, m.near.column); });
+    const auto order = [this](const Mistake& m) {
+      const auto first = std::ranges::find_if(
+          all_, [&](const Mistake& other) { return other.near.file == m.near.file; });
+      return std::tuple(m.near.line > 0 ? first - all_.begin() + 1 : 0, m.near.line, m.near.column);
+    };
+    std::ranges::stable_sort(sorted, {}, order);
     std::vector<Mistake> once;
     for (Mistake& m : sorted) {
       if (std::ranges::find(once, m.text, &Mistake::text) == once.end())
@@ -64,6 +70,8 @@ class Mistakes {
 struct Text {
   std::string text;
   runtime::Place place;
+
+  bool operator==(const Text&) const = default;
 };
 
 /// Reads one map of a launch file: each value by its expected type, with variables replaced. Call
@@ -78,7 +86,7 @@ class Section {
   bool has(const std::string& key) const { return map_.find(key) != nullptr; }
   /// Value of `key`, null if absent. The key counts as known.
   const runtime::Yaml* take(const std::string& key) {
-    known_.push_back(key);
+    if (std::ranges::find(known_, key) == known_.end()) known_.push_back(key);
     return map_.find(key);
   }
 
@@ -99,12 +107,8 @@ class Section {
   }
   /// Also "!true", for `if: "!${arg:sim}"`.
   std::optional<bool> flag(const std::string& key) {
-    return parsed(key, "true or false", [](const std::string& text) {
-      const bool inverted = text.starts_with('!');
-      auto value = runtime::to_bool(inverted ? text.substr(1) : text);
-      if (value) value = *value != inverted;
-      return value;
-    });
+    return parsed(key, "true or false",
+                  [](const std::string& text) { return runtime::to_condition(text); });
   }
   std::optional<int> whole(const std::string& key, int lo, int hi) {
     return parsed(key, fmt::format("a whole number in [{}, {}]", lo, hi),
@@ -164,10 +168,10 @@ class Section {
 
   void finish() {
     for (const runtime::Yaml::Entry& entry : map_.entries) {
-      if (std::find(known_.begin(), known_.end(), entry.key) == known_.end()) {
-        mistakes_.add(entry.place,
-                      "unknown key '" + entry.key + "'" + runtime::did_you_mean(entry.key, known_));
-      }
+      if (std::ranges::find(known_, entry.key) != known_.end()) continue;
+      std::string hint = runtime::did_you_mean(entry.key, known_);
+      if (hint.empty()) hint = fmt::format(", expected one of {}", fmt::join(known_, ", "));
+      mistakes_.add(entry.place, "unknown key '" + entry.key + "'" + hint);
     }
   }
 

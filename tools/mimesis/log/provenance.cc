@@ -82,9 +82,13 @@ Provenance provenance(const std::string& graph, const std::vector<std::string>& 
                            {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds))},
                            {"started_ns", std::to_string(started_ns)},
                            {"arithmetic", arithmetic()}}},
-                  .launch = launch_metadata(launch_json),
-                  .launch_file = {}};
-  if (from.launch) from.launch_file = from.launch->metadata.at("file");
+                  .launch = launch_metadata(launch_json)};
+  if (!from.launch) return from;
+  from.launch_files = {from.launch->metadata.at("file")};
+  const auto json = nlohmann::json::parse(launch_json);
+  for (const auto& file : json.value("included", nlohmann::json::array())) {
+    if (file.is_string()) from.launch_files.push_back(file);
+  }
   return from;
 }
 

@@ -11,16 +11,16 @@ namespace mimesis::tool {
 
 /// Where a recording comes from: enough to run it again.
 struct Provenance {
-  log::Metadata run;                    ///< "mimesis.run"
-  std::optional<log::Metadata> launch;  ///< "mimesis.launch"
-  std::string launch_file;              ///< to be attached, or empty
+  log::Metadata run;                        ///< "mimesis.run"
+  std::optional<log::Metadata> launch;      ///< "mimesis.launch"
+  std::vector<std::string> launch_files{};  ///< with those included; to be attached
 };
 
 /// `run`: version, host, graph, command (as a shell takes it), started (ISO 8601, UTC), started_ns,
 /// arithmetic (arithmetic.h).
 /// `launch`, from the JSON text that `mimesis launch` gives its children in MIMESIS_LAUNCH: file,
-/// graph, clock, args (lines NAME=VALUE, effective values), sets (lines NODE.KEY=VALUE); nothing if
-/// the text is empty or not of that form.
+/// graph, clock, args (lines NAME=VALUE, effective values), sets (lines NODE.KEY=VALUE), and the
+/// files `included`; nothing if the text is empty or not of that form.
 Provenance provenance(const std::string& graph, const std::vector<std::string>& command,
                       std::uint64_t started_ns, const std::string& launch_json);
 

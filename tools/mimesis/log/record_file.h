@@ -344,7 +344,7 @@ class RecordFile {
 using OpenRecordFile = std::function<std::unique_ptr<RecordFile>(const std::string& path)>;
 
 /// Files that begin with provenance and attachments, written through: a disk that is full already
-/// is reported. The launch file of `provenance` may be missing (it is on another host).
+/// is reported. Launch files of `provenance` may be missing (they are on another host).
 /// @throws ConfigError if a file of `attach` cannot be read.
 inline OpenRecordFile with_head(std::vector<std::string> attach, Provenance provenance,
                                 RecordFile::Options options) {
@@ -352,16 +352,17 @@ inline OpenRecordFile with_head(std::vector<std::string> attach, Provenance prov
     std::string name, data;
   };
   std::vector<Attached> attached;
-  const std::string& launch_file = provenance.launch_file;
-  const bool given = std::ranges::find(attach, launch_file) != attach.end();
-  if (!launch_file.empty() && !given) attach.push_back(launch_file);
+  const std::vector<std::string> given = attach;
+  for (const std::string& file : provenance.launch_files) {
+    if (std::ranges::find(given, file) == given.end()) attach.push_back(file);
+  }
   for (const std::string& path : attach) {
     std::ifstream in(path, std::ios::binary);
     std::ostringstream content;
     content << in.rdbuf();
     if (in && !in.bad()) {
       attached.push_back({std::filesystem::path(path).filename().string(), content.str()});
-    } else if (given || path != launch_file) {
+    } else if (std::ranges::find(given, path) != given.end()) {
       throw ConfigError("--attach: cannot read '" + path + "'");
     }
   }

@@ -226,6 +226,29 @@ TEST_F(LaunchHosts, EveryHostSeesTheWholeGraphAndItStopsInReverse) {
   for (int n : {1, 2, 3}) EXPECT_TRUE(at(n).sees(graph_).empty()) << n;
 }
 
+/// The shipped file, each coordinator on a host of its own, started from the first.
+TEST_F(LaunchHosts, FourHostsCoordinateACrowd) {
+  if (access(MIMESIS_BIN_DIR "/mimesis_crowd", X_OK) != 0) GTEST_SKIP() << "no mimesis_crowd";
+  begin(4);
+  if (HasFatalFailure()) return;
+  std::string words = "launch " MIMESIS_SOURCE_DIR
+                      "/launch/crowd_four_hosts.yaml --arg until=5 --arg user=root "
+                      "--arg prefix=" MIMESIS_BIN_DIR "/.. --graph " +
+                      graph_;
+  for (int n = 1; n <= 4; ++n) words += " --arg h" + std::to_string(n) + "=" + at(n).address();
+  const std::string path = "export PATH=" + folder_.path() + "/bin:$PATH; ";
+  const auto check = at(1).mimesis(words + " --check", path);
+  EXPECT_EQ(check->wait(60s), 0) << check->errors();
+  launch_ = at(1).mimesis(words, path);
+  EXPECT_TRUE(launch_->wait(90s)) << launch_->errors();
+  std::string out = launch_->output();
+  const auto result = nlohmann::json::parse(out.substr(0, out.rfind('}') + 1), nullptr, false);
+  ASSERT_TRUE(result.is_object()) << out << launch_->errors();
+  EXPECT_EQ(result["coordinators"], 4);
+  EXPECT_EQ(result["agents"], 16) << result << launch_->errors();
+  EXPECT_GE(all_gone(), 0.0);
+}
+
 TEST_F(LaunchHosts, NothingIsLeftWhenTheLauncherIsKilled) {
   begin(2);
   if (HasFatalFailure()) return;

@@ -734,6 +734,73 @@ TEST_F(Launch, TopicsFromOutsideAndInputsLeftOutOnPurposeAreNoMistakes) {
   EXPECT_EQ(mistakes(*check), json::array());
 }
 
+/// Nodes read their parameters in the file and section where they are written, with its arguments.
+TEST_F(Launch, RunsNodesThatAreIncludedAndRepeated) {
+  folder_.write("part.yaml",
+                "version: 1\nargs: {work: {type: int}}\ngroups:\n  all:\n    nodes:\n"
+                "      n${arg:i}:\n        for: {i: [20, 50]}\n        exec: " +
+                    counter_ +
+                    "\n        params: {rate_hz: \"${arg:i}\", work: \"${arg:work}\"}\n"
+                    "        in: {a: \"n${arg:i}/out\"}\n");
+  const std::string text =
+      "include:\n  - {file: part.yaml, namespace: p, args: {work: 3}}\n"
+      "nodes:\n  last: {exec: " +
+      counter_ + ", after: [p_all], in: {latest: p_n20/out}, params: {rate_hz: 10}}\n";
+  auto launch = start(text, {"--set", "p_n50.rate_hz=40"});
+  ASSERT_TRUE(until([&] { return pids().size() == 3; })) << launch->errors();
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130) << launch->errors();
+  EXPECT_LT(launch->errors().find("p_n50 is ready"), launch->errors().find("last is ready"));
+  EXPECT_NE(folder_.read("mimesis/log/run/p_n20.log").find("rate_hz=20 work=3"), std::string::npos)
+      << folder_.read("mimesis/log/run/p_n20.log");
+  EXPECT_NE(folder_.read("mimesis/log/run/p_n50.log").find("rate_hz=40 work=3"), std::string::npos)
+      << folder_.read("mimesis/log/run/p_n50.log");
+
+  // A mistake in an included file is found there, once.
+  std::string part = folder_.read("part.yaml");
+  folder_.write("part.yaml", part.replace(part.find("work: \"$"), 4, "wrok"));
+  auto check = start(text, {"--check"});
+  EXPECT_EQ(check->wait(), 2);
+  const json found = mistakes(*check);
+  ASSERT_EQ(found.size(), 1U) << found;
+  EXPECT_EQ(found[0]["file"], folder_.path() + "/part.yaml");
+  EXPECT_EQ(found[0]["line"], 9);
+  EXPECT_EQ(found[0]["column"], 39);
+  EXPECT_EQ(found[0]["suggestion"], "work");
+}
+
+TEST_F(Launch, HelpOfAFileSaysWhatItIs) {
+  const std::string file = folder_.write(
+      "help.yaml",
+      "# An arm.\n#   mimesis launch help.yaml\n\nversion: 1\nargs:\n"
+      "  log: {type: path, help: where}\n"
+      "  sim: {type: bool, default: false, help: \"no arm\", implies: {bus: virtual}}\n"
+      "  bus: {default: can0}\n"
+      "hosts: {spine: {address: 10.0.0.1}}\n"
+      "nodes:\n  arm: {exec: x, host: spine}\n  world: {exec: y, if: \"${arg:sim}\"}\n");
+  testing::Process help("mimesis", {"launch", file, "--help"});
+  EXPECT_EQ(help.wait(), 0) << help.errors();
+  EXPECT_EQ(help.output(), file +
+                               "\nAn arm.\n  mimesis launch help.yaml\n\n"
+                               "Arguments (--arg NAME=VALUE; type, default):\n"
+                               "  log  path      (needed)  where\n"
+                               "  sim  bool      false     no arm\n"
+                               "                           true implies bus=virtual\n"
+                               "  bus  string    can0\n\n"
+                               "Nodes:\n  arm                    x on spine\n"
+                               "  world                  y (switched off)\n\n"
+                               "Options of every launch: mimesis launch --help\n");
+  testing::Process as_json("mimesis", {"launch", file, "--help", "--json", "--arg", "sim=true"});
+  EXPECT_EQ(as_json.wait(), 0);
+  const json told = json::parse(as_json.output());
+  EXPECT_EQ(told["args"][1]["implies"], json({{"bus", "virtual"}}));
+  EXPECT_EQ(told["args"][0]["default"], nullptr);
+  EXPECT_EQ(told["nodes"][1]["enabled"], true);
+  testing::Process general("mimesis", {"launch", "--help"});
+  EXPECT_EQ(general.wait(), 0);
+  EXPECT_NE(general.output().find("--dry-run"), std::string::npos);
+}
+
 TEST_F(Launch, DryRunStartsNothing) {
   auto launch =
       start("nodes:\n  b: {exec: " + counter_ + ", after: [a]}\n  a: {exec: " + counter_ + "}\n",

@@ -180,7 +180,7 @@ TEST(Provenance, HoldsTheCommandAndTheLaunch) {
                                                                        {"sets", "n.k=2\n"},
                                                                        {"clock", "sim"},
                                                                        {"graph", "lab"}}));
-  EXPECT_EQ(from.launch_file, "a/b.yaml");
+  EXPECT_EQ(from.launch_files, std::vector<std::string>{"a/b.yaml"});
   for (const char* text : {"", "{", "{\"file\":1}", "[]"}) {
     EXPECT_FALSE(provenance("lab", {}, 0, text).launch) << text;
   }

@@ -281,8 +281,10 @@ TEST_F(RecordProcess, NothingRecordedIsAFailureAndASilentPublisherIsTold) {
 
 TEST_F(RecordProcess, TheLogSaysWhereItComesFrom) {
   std::ofstream(path("lab.yaml")) << "nodes: {}\n";
+  std::ofstream(path("eyes.yaml")) << "nodes: {}\n";
   setenv("MIMESIS_LAUNCH",
          nlohmann::json{{"file", path("lab.yaml")},
+                        {"included", {path("eyes.yaml"), path("gone.yaml")}},
                         {"args", {"speed=2"}},
                         {"sets", {"arm.k=3"}},
                         {"clock", "wall"},
@@ -297,7 +299,7 @@ TEST_F(RecordProcess, TheLogSaysWhereItComesFrom) {
   recorder->signal(SIGINT);
   EXPECT_EQ(recorder->wait(), 0) << recorder->errors();
   LogContents log(path("run.mcap"));
-  EXPECT_EQ(log.attachments, std::vector<std::string>{"lab.yaml"});
+  EXPECT_EQ(log.attachments, (std::vector<std::string>{"lab.yaml", "eyes.yaml"}));
   EXPECT_EQ(log.metadata["mimesis.launch"]["args"], "speed=2\n");
   EXPECT_EQ(log.metadata["mimesis.launch"]["sets"], "arm.k=3\n");
   EXPECT_TRUE(log.metadata["mimesis.run"]["command"].ends_with("--all --sync 10ms"));
