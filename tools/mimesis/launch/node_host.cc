@@ -124,7 +124,8 @@ std::vector<HostEvent> LocalHost::poll() {
       }
     };
     read_all();
-    if (!process.checked && pid(process) > 0) check(name, process, false, events);
+    if (!process.checked && (process.unit.empty() || units_->active(process.unit)))
+      check(name, process, false, events);
     if (const auto end = reap(process)) {
       read_all();
       for (std::string* partial : {&process.out, &process.err}) {

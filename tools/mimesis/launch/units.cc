@@ -287,6 +287,11 @@ pid_t Units::pid(const std::string& unit) const {
   return it != units_.end() ? static_cast<pid_t>(it->second.pid) : 0;
 }
 
+bool Units::active(const std::string& unit) const {
+  const auto it = units_.find(unit);
+  return it != units_.end() && it->second.state == "active";
+}
+
 void Units::send(const std::string& unit, int signal) {
   // Answers are not waited for: a unit that is gone needs no signal.
   if (signal != SIGKILL && pid(unit) == 0) {

@@ -29,6 +29,8 @@ class Units {
   void send(const std::string& unit, int signal);
   /// Main process; 0: not known yet, or gone.
   pid_t pid(const std::string& unit) const;
+  /// It runs its own program, and is ready if it tells that.
+  bool active(const std::string& unit) const;
   /// How it ended, once it has; then it is forgotten.
   struct End {
     Ending ending;
