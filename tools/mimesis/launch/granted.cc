@@ -43,8 +43,8 @@ std::string thread_lacks(pid_t thread, const Sched& sched) {
   std::ranges::sort(asked);
   asked.erase(std::ranges::unique(asked).begin(), asked.end());
   return got == asked ? ""
-                      : fmt::format("cpus: expected {}, the system gave {}",
-                                    fmt::join(asked, ", "), fmt::join(got, ", "));
+                      : fmt::format("cpus: expected {}, the system gave {}", fmt::join(asked, ", "),
+                                    fmt::join(got, ", "));
 }
 
 /// Memory that a process has locked [kB], VmLck of proc(5).

@@ -293,9 +293,8 @@ std::string Host::target() const {
 }
 
 const Host* GraphFile::host_of(const NodeSpec& node) const {
-  const auto host = std::ranges::find_if(hosts, [&](const Host& h) {
-    return node.host ? h.name.text == node.host->text : h.here;
-  });
+  const auto host = std::ranges::find_if(
+      hosts, [&](const Host& h) { return node.host ? h.name.text == node.host->text : h.here; });
   return host != hosts.end() ? &*host : nullptr;
 }
 

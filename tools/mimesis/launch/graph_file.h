@@ -77,7 +77,7 @@ struct Host {
   std::string user, ssh;  ///< ssh: other target than USER@ADDRESS
   std::string prefix = "/usr";
   std::string engine = "process";  ///< process or systemd: what starts its nodes
-  int first_port = 0;  ///< of its nodes, three each in the order of the file; 0: any
+  int first_port = 0;              ///< of its nodes, three each in the order of the file; 0: any
   nanoseconds lost_after = std::chrono::seconds(30);  ///< then its nodes count as dead
 
   bool here = false;           ///< it is this machine

@@ -19,12 +19,12 @@ using WallTime = std::chrono::steady_clock::time_point;
 /// What a node's process did.
 struct HostEvent {
   enum class Kind : int {
-    output,  ///< `text`: a line on standard output
-    error,   ///< `text`: a line on standard error
-    silent,  ///< no sign of life for `time`; `text`: what it does
-    heard,   ///< it goes on after `time`
-    ended,   ///< as `ending` says; after all its lines
-    failed,  ///< it could not be started: `text`
+    output,   ///< `text`: a line on standard output
+    error,    ///< `text`: a line on standard error
+    silent,   ///< no sign of life for `time`; `text`: what it does
+    heard,    ///< it goes on after `time`
+    ended,    ///< as `ending` says; after all its lines
+    failed,   ///< it could not be started: `text`
     refused,  ///< it runs, but the system did not grant what it needs: `text`
   };
   std::string node;

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kManager = "org.freedesktop.systemd1";
 constexpr const char* kManagerPath = "/org/freedesktop/systemd1";
 constexpr const char* kManagerInterface = "org.freedesktop.systemd1.Manager";
-constexpr std::uint64_t kAnswer = 1'500'000;       // [us], shorter than a launcher may hang
+constexpr std::uint64_t kAnswer = 1'500'000;        // [us], shorter than a launcher may hang
 constexpr std::uint64_t kNever = ~std::uint64_t{};  // [us]
 
 /// @throws std::runtime_error "WHAT: why"
@@ -89,8 +89,8 @@ std::vector<std::string> environment_texts(
   std::vector<std::string> all = environment(command);
   // What another service manager told this process is not for the node.
   std::erase_if(all, [](const std::string& variable) {
-    for (const char* name : {"NOTIFY_SOCKET=", "WATCHDOG_", "LISTEN_", "INVOCATION_ID=",
-                             "JOURNAL_STREAM=", "SYSTEMD_EXEC_PID="}) {
+    for (const char* name : {"NOTIFY_SOCKET=", "WATCHDOG_", "LISTEN_",
+                             "INVOCATION_ID=", "JOURNAL_STREAM=", "SYSTEMD_EXEC_PID="}) {
       if (variable.starts_with(name)) return true;
     }
     return false;

@@ -59,8 +59,7 @@ class LaunchSystemd : public ::testing::Test {
     return told("systemctl", {"show", "-P", property, unit(node)});
   }
   bool ready(const std::string& node) {
-    return until(
-        [&] { return launch_->errors().find(node + " is ready") != std::string::npos; });
+    return until([&] { return launch_->errors().find(node + " is ready") != std::string::npos; });
   }
   json summary() const {
     return json::parse(launch_->output().substr(0, launch_->output().find('\n')));
@@ -88,7 +87,7 @@ TEST_F(LaunchSystemd, NodesAreUnitsThatSystemdKnowsToBeReadyAndTheirOutputIsShow
   ASSERT_TRUE(until([&] { return of("b", "ActiveState") == "active"; })) << of("b", "ActiveState");
   EXPECT_EQ(of("b", "Type"), "notify");
   EXPECT_EQ(of("b", "Slice"), slice_name(graph_.name()));
-  EXPECT_EQ(of("b", "WatchdogUSec"), "0");     // neither required nor started again
+  EXPECT_EQ(of("b", "WatchdogUSec"), "0");    // neither required nor started again
   EXPECT_EQ(of("a", "WatchdogUSec"), "10s");  // 5 times hung_after
   EXPECT_EQ(of("a", "KillSignal"), "2");
   EXPECT_EQ(of("a", "KillMode"), "mixed");
@@ -96,8 +95,7 @@ TEST_F(LaunchSystemd, NodesAreUnitsThatSystemdKnowsToBeReadyAndTheirOutputIsShow
   EXPECT_NE(schedule.find("SCHED_FIFO"), std::string::npos) << schedule;
   EXPECT_NE(schedule.find("priority: 20"), std::string::npos) << schedule;
   EXPECT_NE(told("taskset", {"-p", of("b", "MainPID")}).find("mask: 1"), std::string::npos);
-  EXPECT_TRUE(
-      until([&] { return of("a", "StatusText").find(" overruns") != std::string::npos; }));
+  EXPECT_TRUE(until([&] { return of("a", "StatusText").find(" overruns") != std::string::npos; }));
   launch_->signal(SIGINT);
   EXPECT_EQ(launch_->wait(), 130);
   EXPECT_NE(launch_->errors().find("[b] "), std::string::npos);
@@ -126,8 +124,9 @@ TEST_F(LaunchSystemd, ExitCodesSignalsAndRestartsAreThoseOfProcesses) {
   ASSERT_TRUE(ready("a")) << launch_->errors();
   const std::string first = of("a", "MainPID");
   kill(std::stoi(first), SIGKILL);
-  EXPECT_TRUE(until([&] { return of("a", "MainPID") != first && of("a", "SubState") == "running"; }))
-      << launch_->errors();
+  EXPECT_TRUE(until([&] {
+    return of("a", "MainPID") != first && of("a", "SubState") == "running";
+  })) << launch_->errors();
   folder_.write("go", "");
   EXPECT_EQ(launch_->wait(), 7);
   EXPECT_NE(launch_->errors().find("a was killed by SIGKILL; starting it again"),
@@ -139,7 +138,8 @@ TEST_F(LaunchSystemd, ExitCodesSignalsAndRestartsAreThoseOfProcesses) {
 
 TEST_F(LaunchSystemd, AHungRequiredNodeEndsTheRunAndIsKilled) {
   start("  a: {exec: " + counter_ +
-        ", required: true, hung_after: 1s, stop: {timeout: 200ms}}\n  b: {exec: " + counter_ + "}\n");
+        ", required: true, hung_after: 1s, stop: {timeout: 200ms}}\n  b: {exec: " + counter_ +
+        "}\n");
   ASSERT_TRUE(ready("a") && ready("b")) << launch_->errors();
   kill(std::stoi(of("a", "MainPID")), SIGSTOP);
   EXPECT_EQ(launch_->wait(), 1);
@@ -184,8 +184,10 @@ TEST_F(LaunchSystemd, SystemdEndsTheNodesOfAKilledLauncher) {
 }
 
 TEST_F(LaunchSystemd, ChildrenOfANodeThatIsKilledDieWithIt) {
-  start("  a: {exec: sh, ready: started, stop: {timeout: 100ms}, args: [-c, \"trap '' INT; setsid "
-        "sleep 1234 & echo up > " + folder_.path() + "/up; while :; do wait; sleep 1; done\"]}\n");
+  start(
+      "  a: {exec: sh, ready: started, stop: {timeout: 100ms}, args: [-c, \"trap '' INT; setsid "
+      "sleep 1234 & echo up > " +
+      folder_.path() + "/up; while :; do wait; sleep 1; done\"]}\n");
   ASSERT_TRUE(written("up", "up")) << launch_->errors();
   launch_->signal(SIGINT);
   EXPECT_EQ(launch_->wait(), 130);
