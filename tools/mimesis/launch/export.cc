@@ -148,12 +148,16 @@ class Export {
     unit.set("Description",
              fmt::format("Mimesis node {} of graph {}", plain(node.name.text), plain(run_.graph)));
     unit.set("PartOf", target_);
-    unit.set("Wants", "network-online.target");
     unit.set("After", after(node));
-    std::string requires_units;
-    for (const Text& before : node.after)
-      requires_units += (requires_units.empty() ? "" : " ") + name(before.text);
-    unit.set("Requires", requires_units);
+    // A restart of what is required would restart this one, too.
+    std::string required, wanted = "network-online.target";
+    for (const Text& before : node.after) {
+      const bool again = graph_.find(before.text)->restart.on_failure;
+      std::string& names = again ? wanted : required;
+      names += (names.empty() ? "" : " ") + name(before.text);
+    }
+    unit.set("Requires", required);
+    unit.set("Wants", wanted);
     if (node.required) {
       unit.set("OnFailure", end_);
       unit.set("OnSuccess", end_);

@@ -80,6 +80,8 @@ TEST(Export, AUnitSaysWhatTheLauncherWouldDo) {
   EXPECT_EQ(value(planner, "Type"), "exec");
   EXPECT_EQ(value(planner, "WatchdogSec"), "");
   EXPECT_EQ(value(planner, "Restart"), "");
+  EXPECT_EQ(value(planner, "Requires"), "");  // the bridge is started again, and this one is not
+  EXPECT_EQ(value(planner, "Wants"), "network-online.target mimesis-arm-bridge.service");
   EXPECT_EQ(value(planner, "OnFailure"), "");
   EXPECT_TRUE(value(planner, "ExecStart").ends_with(R"( "-c" "echo a $$b 5%% \"c\" ; sleep 1")"))
       << planner;

@@ -195,6 +195,63 @@ TEST_F(LaunchSystemd, ChildrenOfANodeThatIsKilledDieWithIt) {
   EXPECT_TRUE(until([] { return told("pgrep", {"-fx", "sleep 1234"}).empty(); }));
 }
 
+// A robot boots with exported units; the user and folders of an installed Mimesis are not here.
+TEST_F(LaunchSystemd, ExportedUnitsStartAndStopInOrderAndEndWithARequiredNode) {
+  const std::string file = folder_.write(
+      "g.yaml", "version: 1\nnodes:\n" + notes("bridge", "stop: {order: last}, after: [c], ") +
+                    "  c: {exec: " + counter_ + ", restart: on-failure}\n" + notes("world", "") +
+                    "  end: {exec: sh, ready: started, required: true, after: [world], args: [-c, "
+                    "\"until [ -e " +
+                    folder_.path() + "/go ]; do sleep 0.02; done; exit 3\"]}\n");
+  Process exporter("mimesis", {"launch", "export", file, "--graph", graph_.name(), "--systemd",
+                               folder_.path() + "/units"});
+  ASSERT_EQ(exporter.wait(), 0) << exporter.errors();
+  for (const auto& unit : std::filesystem::directory_iterator(folder_.path() + "/units")) {
+    std::ifstream in(unit.path());
+    std::ofstream out("/run/units/" + unit.path().filename().string());
+    for (std::string line; std::getline(in, line);) {
+      const bool installed = line.starts_with("User=") || line.starts_with("StateDirectory=");
+      if (line == "Environment=XDG_RUNTIME_DIR=/run")
+        line = "Environment=XDG_RUNTIME_DIR=" + std::string(std::getenv("XDG_RUNTIME_DIR"));
+      if (!installed) out << line << "\n";
+    }
+  }
+  const std::string slice = slice_name(graph_.name());
+  const std::string target = slice.substr(0, slice.rfind('.')) + ".target";
+  const auto stopped = [&] {
+    for (const char* node : {"bridge", "c", "world", "end"}) {
+      const std::string state = of(node, "ActiveState");
+      if (state == "active" || state == "deactivating" || state == "activating") return false;
+    }
+    return true;
+  };
+  told("systemctl", {"daemon-reload"});
+  for (const bool by_end : {false, true}) {
+    std::filesystem::remove(folder_.path() + "/up");
+    std::filesystem::remove(folder_.path() + "/order");
+    EXPECT_EQ(told("systemctl", {"start", target}), "");
+    EXPECT_EQ(of("c", "ActiveState"), "active");  // Type=notify: it is ready
+    EXPECT_EQ(of("end", "ActiveState"), "active");
+    ASSERT_TRUE(written("up", "world") && written("up", "bridge"));
+    const std::string pid = of("c", "MainPID");
+    kill(std::stoi(pid), SIGKILL);
+    EXPECT_TRUE(
+        until([&] { return of("c", "MainPID") != pid && of("c", "SubState") == "running"; }));
+    if (by_end) {
+      folder_.write("go", "");
+    } else {
+      told("systemctl", {"stop", target});
+    }
+    EXPECT_TRUE(until(stopped));
+    EXPECT_EQ(folder_.read("order"), "world\nbridge\n");
+  }
+  EXPECT_EQ(of("end", "ExecMainStatus"), "3");
+  for (const auto& unit : std::filesystem::directory_iterator(folder_.path() + "/units"))
+    std::filesystem::remove("/run/units/" + unit.path().filename().string());
+  told("systemctl", {"reset-failed"});
+  told("systemctl", {"daemon-reload"});
+}
+
 TEST_F(LaunchSystemd, WhatCannotBeStartedEndsTheRun) {
   const std::string none = folder_.write("none", "#!/there/is/no/shell\n");
   std::filesystem::permissions(none, std::filesystem::perms::all);
