@@ -73,11 +73,14 @@ class Export {
       : graph_(graph), run_(run), target_(stem() + ".target"), end_(stem() + ".end.target") {}
 
   BootUnits units() {
+    // As for nodes, a restart must not be passed on, here to all of them.
     std::string required, others;
+    bool any_required = false;
     for (const NodeSpec& node : graph_.nodes) {
       const std::string unit = name(node.name.text);
-      (node.required ? required : others) +=
-          (node.required ? required : others).empty() ? unit : " " + unit;
+      std::string& names = node.required && !node.restart.on_failure ? required : others;
+      names += (names.empty() ? "" : " ") + unit;
+      any_required = any_required || node.required;
       units_.files[unit] = service(node);
       if (node.restart.on_failure && node.restart.backoff > 1.0) backoff_ += " " + node.name.text;
     }
@@ -91,7 +94,7 @@ class Export {
     target.section("Install");
     target.set("WantedBy", "multi-user.target");
     units_.files[target_] = target.text();
-    if (!required.empty()) units_.files[end_] = ender();
+    if (any_required) units_.files[end_] = ender();
     if (graph_.result)
       units_.notes.emplace_back("result: is left out: the nodes run until they are stopped");
     if (!backoff_.empty())

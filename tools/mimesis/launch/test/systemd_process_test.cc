@@ -199,7 +199,8 @@ TEST_F(LaunchSystemd, ChildrenOfANodeThatIsKilledDieWithIt) {
 TEST_F(LaunchSystemd, ExportedUnitsStartAndStopInOrderAndEndWithARequiredNode) {
   const std::string file = folder_.write(
       "g.yaml", "version: 1\nnodes:\n" + notes("bridge", "stop: {order: last}, after: [c], ") +
-                    "  c: {exec: " + counter_ + ", restart: on-failure}\n" + notes("world", "") +
+                    "  c: {exec: " + counter_ + ", required: true, restart: on-failure}\n" +
+                    notes("world", "") +
                     "  end: {exec: sh, ready: started, required: true, after: [world], args: [-c, "
                     "\"until [ -e " +
                     folder_.path() + "/go ]; do sleep 0.02; done; exit 3\"]}\n");
