@@ -15,7 +15,8 @@ struct NodeOptions {
   BusOptions bus;
   std::string params;  ///< FILE or FILE#PATH
   std::vector<std::string> args,
-      sets;               ///< NAME=VALUE of the file's arguments; KEY=VALUE of parameters
+      sets;  ///< NAME=VALUE of the file's arguments; KEY=VALUE of parameters
+  bool lock_memory = false;
   bool check = false;     ///< make the node without sockets and devices, and stop
   bool describe = false;  ///< print what it is, and stop
   int replay_fd = -1;     ///< >= 0: driven step by step over this socket (replay.h)

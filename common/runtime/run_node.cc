@@ -1,11 +1,15 @@
 #include "common/runtime/run_node.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -112,6 +116,10 @@ class SelfReport {
     health.set_overflow(bus_.overflow());
     health.set_malformed(bus_.malformed());
     health_.send(health, now);
+    notify_status([&health] {
+      return fmt::format("{} steps, worst {:.1f} ms, {} overruns", health.steps(),
+                         health.worst_step_s() * 1e3, health.overruns());
+    });
     worst_s_ = sum_s_ = 0.0;
     steps_in_period_ = 0;
     while (next_ <= now) next_ += kPeriod;
@@ -205,6 +213,7 @@ int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report, Step
     steps.end();
     exit_code = 1;
   }
+  notify_stopping();
   steps.begin(v1::STEP_KIND_STOP, clock.now());
   node.stop(clock.now());
   steps.end();
@@ -265,10 +274,22 @@ void take_robot_rate(AnyNode& node, const ParamSource& source, const Named& name
   node.set_rate_hz(robot_hz);
 }
 
+/// All memory of the process, what it has and what it will have, stays in RAM.
+void lock_memory() {
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  limit.rlim_cur = limit.rlim_max;
+  if (setrlimit(RLIMIT_MEMLOCK, &limit) == 0 && mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return;
+  throw ConfigError(
+      fmt::format("--mlock: memory cannot be locked: {}; at most {} kB may be (ulimit -l)",
+                  std::strerror(errno), limit.rlim_max / 1024));
+}
+
 int run_configured(const NodeOptions& options, const EffectiveParams& effective, const Named& named,
                    AnyNode& node) {
   StopSignal stop(node.comes_to_rest() ? kRestGrace : std::chrono::milliseconds(0));
   set_log_name(options.bus.name);
+  if (options.lock_memory) lock_memory();
   BusOptions bus_options = options.bus;
   add_clock_wiring(bus_options);
   ZmqBus bus(std::move(bus_options));
@@ -354,6 +375,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
          "Reachable from other hosts (the launcher's business): services on PORT, data on PORT+1, "
          "reliable data on PORT+2; PORT *: any")
       ->type_name("tcp://ADDRESS:PORT");
+  app.add_flag("--mlock", options.lock_memory, "Locks all its memory in RAM (mlockall)");
   app.add_flag("--check", options.check,
                "Makes the node without sockets and devices and stops: exit code 0 or 2");
   app.add_flag("--describe", options.describe,

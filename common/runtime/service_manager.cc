@@ -4,6 +4,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstddef>
 #include <cstdlib>
@@ -15,11 +17,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The manager's socket, once per process.
+/// The socket of one listener.
 class Manager {
  public:
-  Manager() {
-    const char* path = std::getenv("NOTIFY_SOCKET");
+  /// `prefix`: of the names of the variables
+  explicit Manager(const std::string& prefix) {
+    const char* path = std::getenv((prefix + "NOTIFY_SOCKET").c_str());
     if (path == nullptr || (*path != '/' && *path != '@')) return;
     const std::string_view name(path);
     if (name.size() >= sizeof address_.sun_path) return;
@@ -28,7 +31,7 @@ class Manager {
     if (*path == '@') address_.sun_path[0] = '\0';  // abstract namespace
     size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
     socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    const char* usec = std::getenv("WATCHDOG_USEC");
+    const char* usec = std::getenv((prefix + "WATCHDOG_USEC").c_str());
     long long value = 0;
     if (usec == nullptr || socket_ < 0) return;
     std::from_chars(usec, usec + std::strlen(usec), value);
@@ -48,6 +51,7 @@ class Manager {
     tell("WATCHDOG=1");
   }
   std::chrono::nanoseconds period() const { return period_; }
+  bool listens() const { return socket_ >= 0; }
 
  private:
   int socket_ = -1;
@@ -57,15 +61,28 @@ class Manager {
   Clock::time_point told_{};
 };
 
-Manager& manager() {
-  static Manager one;
-  return one;
+/// Once per process.
+std::array<Manager, 2>& managers() {
+  static std::array<Manager, 2> both{Manager(""), Manager("MIMESIS_")};
+  return both;
+}
+
+void tell_all(std::string_view word) {
+  for (const Manager& manager : managers()) manager.tell(word);
 }
 
 }  // namespace
 
-void notify_ready() { manager().tell("READY=1"); }
-void notify_alive() { manager().tell_alive(); }
-std::chrono::nanoseconds alive_period() { return manager().period(); }
+void notify_ready() { tell_all("READY=1"); }
+void notify_status(const std::function<std::string()>& text) {
+  if (std::ranges::any_of(managers(), &Manager::listens)) tell_all("STATUS=" + text());
+}
+void notify_stopping() { tell_all("STOPPING=1"); }
+void notify_alive() {
+  for (Manager& manager : managers()) manager.tell_alive();
+}
+std::chrono::nanoseconds alive_period() {
+  return std::min(managers()[0].period(), managers()[1].period());
+}
 
 }  // namespace mimesis::runtime

@@ -67,7 +67,8 @@ int report_usage(const CLI::App& program, const CLI::ParseError& error) {
     } else {
       what = unknown(extra.front(), option, known);
     }
-  } else if (const auto verbs = known_words(verb, false); !verbs.empty()) {
+  } else if (const auto verbs = known_words(verb, false);
+             !verbs.empty() && verb.get_require_subcommand_min() > 0) {
     what = fmt::format("expected a verb: {}", fmt::join(verbs, ", "));
   }
   std::cerr << full_name(verb) << ": " << what << "\nSee: " << full_name(verb) << " --help\n";

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -61,6 +65,80 @@ TEST(NodeProcess, MessagesReachItAndItsHealthCountsThem) {
   EXPECT_GT(h->steps(), 50U);
   EXPECT_GT(h->worst_step_s(), 0.0);
   EXPECT_GE(h->worst_step_s(), h->mean_step_s());
+}
+
+/// A socket as systemd has one for a service.
+class NotifySocket {
+ public:
+  explicit NotifySocket(const std::string& path) : fd_(socket(AF_UNIX, SOCK_DGRAM, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  ~NotifySocket() { close(fd_); }
+  NotifySocket(const NotifySocket&) = delete;
+  NotifySocket& operator=(const NotifySocket&) = delete;
+  /// Words up to the first that begins so; the last is empty if it does not come.
+  std::vector<std::string> until(std::string_view last) const {
+    std::vector<std::string> words;
+    const timeval most{10, 0};
+    setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &most, sizeof most);
+    do {
+      std::array<char, 256> word{};
+      const ssize_t n = recv(fd_, word.data(), word.size(), 0);
+      words.emplace_back(word.data(), n > 0 ? static_cast<std::size_t>(n) : 0);
+    } while (!words.back().empty() && !words.back().starts_with(last));
+    return words;
+  }
+
+ private:
+  int fd_;
+};
+
+TEST(NodeProcess, TellsItsServiceManagerAndItsLauncherHowItFares) {
+  TestGraph graph;
+  const std::string system = graph.directory() + "/system",
+                    launcher = graph.directory() + "/launcher";
+  const NotifySocket of_system(system), of_launcher(launcher);
+  Process node("/usr/bin/env", {"NOTIFY_SOCKET=" + system, "WATCHDOG_USEC=2000000",
+                                "MIMESIS_NOTIFY_SOCKET=" + launcher, "MIMESIS_WATCHDOG_USEC=200000",
+                                kCounter, "--graph", graph.name()});
+  for (const NotifySocket* socket : {&of_system, &of_launcher}) {
+    EXPECT_EQ(socket->until("READY=").back(), "READY=1");
+    EXPECT_NE(socket->until("STATUS=").back().find(" overruns"), std::string::npos);
+  }
+  const auto of_life = [](const NotifySocket& socket) {
+    return std::ranges::count(socket.until("STATUS="), "WATCHDOG=1");  // a second
+  };
+  const auto seen = of_life(of_system);
+  EXPECT_GE(seen, 1);
+  EXPECT_LE(seen, 3);                  // every 0.5 s
+  EXPECT_GE(of_life(of_launcher), 8);  // every 50 ms
+  EXPECT_EQ(node.terminate(), 0);
+  EXPECT_EQ(of_system.until("STOPPING=").back(), "STOPPING=1");
+  EXPECT_EQ(of_launcher.until("STOPPING=").back(), "STOPPING=1");
+}
+
+TEST(NodeProcess, LocksItsMemoryOrDoesNotStart) {
+  TestGraph graph;
+  Process node(graph, kCounter, {"--mlock"});
+  const std::string status = "/proc/" + std::to_string(node.pid()) + "/status";
+  if (node.wait_ready(graph, "counter")) {  // else this machine locks nothing
+    std::ifstream in(status);
+    std::string line;
+    while (std::getline(in, line) && !line.starts_with("VmLck:")) {
+    }
+    EXPECT_GT(std::stol(line.substr(6)), 1000) << line;  // kB
+    EXPECT_EQ(node.terminate(), 0);
+  }
+  Process small("/usr/bin/setpriv",
+                {"--bounding-set=-ipc_lock", "/usr/bin/prlimit", "--memlock=65536", kCounter,
+                 "--graph", graph.name(), "--mlock"});
+  if (geteuid() != 0) return;  // the bounding set is root's to change
+  EXPECT_EQ(small.wait(), 2);
+  EXPECT_EQ(small.errors().find("--mlock: memory cannot be locked: "), 0U) << small.errors();
+  EXPECT_NE(small.errors().find("at most 64 kB"), std::string::npos) << small.errors();
 }
 
 /// Lines of counter/log for a recorder that was there first. A node waits for recorders only.

@@ -90,11 +90,6 @@ Description read_description(const Json& json, const NodeSpec& node, const std::
   return d;
 }
 
-/// Programs of nodes: those that answer --describe.
-bool is_node_program(const NodeSpec& node) {
-  return fs::path(node.exec.text).filename().string().starts_with("mimesis_");
-}
-
 /// Asks the nodes, as many at a time as this machine has CPUs and one more; those of other hosts,
 /// through ssh, only in a whole check.
 class Questions {
@@ -103,7 +98,7 @@ class Questions {
       : graph_(graph), mistakes_(mistakes) {
     const auto most = static_cast<std::size_t>(sysconf(_SC_NPROCESSORS_ONLN)) + 1;
     for (const NodeSpec& node : graph.nodes) {
-      if (!node.takes_node_options() || (!whole && !is_node_program(node))) continue;
+      if (!(whole ? node.takes_node_options() : notifies(node))) continue;
       const Host* host = graph.far(node);
       if (host != nullptr && !whole) continue;  // its node finds its mistakes itself
       Command c = command_from_here(graph, node, run);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -36,25 +37,20 @@ std::string launch_json(const GraphFile& graph, const Run& run) {
   return json.dump();
 }
 
-/// Nodes that publish `topic`, but not `reader`: those that name it in `out`, and the one that it
-/// names (NODE of NODE/PORT) unless that one's PORT is wired elsewhere.
-std::vector<std::string> publishers(const GraphFile& graph, const std::string& topic,
-                                    const std::string& reader) {
-  const std::size_t slash = topic.find('/');
-  std::vector<std::string> names;
-  for (const NodeSpec& node : graph.nodes) {
-    bool publishes = slash != std::string::npos && node.name.text == topic.substr(0, slash);
-    for (const Wire& wire : node.out) {
-      if (publishes && wire.port == topic.substr(slash + 1)) publishes = false;
-      if (wire.topic.text == topic) {
-        publishes = true;
-        break;
-      }
-    }
-    if (publishes && node.name.text != reader) names.push_back(node.name.text);
+/// systemd-escape(1): what is no letter, digit, ':', '_' or '.' becomes \xNN.
+std::string escaped(const std::string& name) {
+  std::string text;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte < 128 && (std::isalnum(byte) != 0 || c == ':' || c == '_' ||
+                                      (c == '.' && !text.empty()));
+    text += plain ? std::string(1, c) : fmt::format("\\x{:02x}", byte);
   }
-  return names;
+  return text;
 }
+
+/// systemd is the second line: it ends a node that the launcher should have ended long ago.
+constexpr int kSecondLine = 5;
 
 }  // namespace
 
@@ -73,15 +69,12 @@ std::string find_executable(const std::string& exec) {
 
 std::string bind_address(const GraphFile& graph, const NodeSpec& node) {
   if (!graph.several_hosts()) return {};
-  const auto host = std::ranges::find_if(graph.hosts, [&](const Host& h) {
-    return node.host ? h.name.text == node.host->text : h.here;
-  });
+  const Host* host = graph.host_of(node);
   in_addr any{};
   // A name is resolved by those who connect.
-  const bool number =
-      host != graph.hosts.end() && inet_pton(AF_INET, host->address.c_str(), &any) == 1;
+  const bool number = host != nullptr && inet_pton(AF_INET, host->address.c_str(), &any) == 1;
   std::string port = "*";
-  if (host != graph.hosts.end() && host->first_port != 0) {
+  if (host != nullptr && host->first_port != 0) {
     int before = 0;
     for (const NodeSpec& other : graph.nodes) {
       if (other.name.text == node.name.text) break;
@@ -112,6 +105,7 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   add("--name", node.name.text);
   add("--graph", run.graph);
   add("--clock", graph.clock);
+  if (node.sched.mlock) c.argv.emplace_back("--mlock");
   if (!node.params.empty()) {
     add("--params", far ? fs::absolute(node.params).string() : node.params);
     for (const auto& [name, value] : node.given) add("--arg", name + "=" + value);
@@ -131,6 +125,54 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   for (const Wire& wire : node.out) add("--out", wire.port + "=" + wire.topic.text);
   if (const std::string bind = bind_address(graph, node); !bind.empty()) add("--bind", bind);
   return c;
+}
+
+// Those that name it in `out`, and the one that it names (NODE of NODE/PORT) unless that one's PORT
+// is wired elsewhere.
+std::vector<std::string> publishers(const GraphFile& graph, const std::string& topic,
+                                    const std::string& reader) {
+  const std::size_t slash = topic.find('/');
+  std::vector<std::string> names;
+  for (const NodeSpec& node : graph.nodes) {
+    bool publishes = slash != std::string::npos && node.name.text == topic.substr(0, slash);
+    for (const Wire& wire : node.out) {
+      if (publishes && wire.port == topic.substr(slash + 1)) publishes = false;
+      if (wire.topic.text == topic) {
+        publishes = true;
+        break;
+      }
+    }
+    if (publishes && node.name.text != reader) names.push_back(node.name.text);
+  }
+  return names;
+}
+
+std::string slice_name(const std::string& graph) { return "mimesis-" + escaped(graph) + ".slice"; }
+
+std::string unit_name(const std::string& graph, const std::string& node) {
+  return "mimesis-" + escaped(graph) + "-" + escaped(node) + ".service";
+}
+
+bool notifies(const NodeSpec& node) {
+  return node.takes_node_options() &&
+         fs::path(node.exec.text).filename().string().starts_with("mimesis_");
+}
+
+bool must_live(const NodeSpec& node) {
+  return node.hung_after.count() > 0 && (node.required || node.restart.on_failure);
+}
+
+Start start_of(const GraphFile& graph, const NodeSpec& node, const Run& run) {
+  Start start{.command = command(graph, node, run), .sched = node.sched, .unit = {}, .slice = {}};
+  const Host* host = graph.host_of(node);
+  if (host == nullptr || host->engine != "systemd") return start;
+  start.unit = unit_name(run.graph, node.name.text);
+  start.slice = slice_name(run.graph);
+  start.notifies = notifies(node);
+  start.stop_signal = node.stop.signal;
+  start.stop_timeout = node.stop.timeout;
+  if (start.notifies && must_live(node)) start.watchdog = kSecondLine * node.hung_after;
+  return start;
 }
 
 Command ssh(const Host& host, const std::string& line, const std::vector<std::string>& more) {

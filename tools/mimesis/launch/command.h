@@ -22,12 +22,38 @@ struct Command {
   std::vector<std::pair<std::string, std::string>> env;  ///< added to the launcher's own
 };
 
+/// How a host starts a node.
+struct Start {
+  Command command;
+  Sched sched;
+  // For the engine systemd:
+  std::string unit, slice;  ///< names; no unit: a process of ours
+  bool notifies = false;    ///< it tells systemd when it is ready
+  int stop_signal = SIGINT;
+  nanoseconds stop_timeout{};
+  nanoseconds watchdog{};  ///< systemd ends it after this silence; 0: never
+};
+
 /// Path of a node's program: as given if it has a '/', else beside this program, else on PATH;
 /// empty if there is none.
 std::string find_executable(const std::string& exec);
 
 /// How a node is started on its host.
 Command command(const GraphFile& graph, const NodeSpec& node, const Run& run);
+Start start_of(const GraphFile& graph, const NodeSpec& node, const Run& run);
+
+/// Names of a graph's slice and of its nodes' units: mimesis-GRAPH.slice,
+/// mimesis-GRAPH-NODE.service, where names have other characters escaped as systemd-escape(1) does.
+std::string slice_name(const std::string& graph);
+std::string unit_name(const std::string& graph, const std::string& node);
+/// A node of Mimesis by its name, which tells systemd when it is ready and that it lives.
+bool notifies(const NodeSpec& node);
+/// It has to live: its silence ends the run, or has it started again.
+bool must_live(const NodeSpec& node);
+
+/// The nodes, other than `reader`, that publish `topic`.
+std::vector<std::string> publishers(const GraphFile& graph, const std::string& topic,
+                                    const std::string& reader);
 
 /// tcp://ADDRESS:PORT where a node is reached from other hosts, the port of the file or *, which
 /// the graph's directory tells; empty if all nodes are on one host.

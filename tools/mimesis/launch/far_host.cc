@@ -63,15 +63,22 @@ void FarHost::reconnect() {
   connect();
 }
 
-void FarHost::start(const std::string& node, const Command& command, const Sched& sched) {
+void FarHost::start(const std::string& node, const Start& start) {
   v1::HostOrder order;
-  v1::HostOrder::Start& start = *order.mutable_start();
-  start.set_node(node);
-  for (const std::string& word : command.argv) start.add_argv(word);
-  for (const auto& [name, value] : command.env) start.add_env(name + "=" + value);
-  start.set_policy(sched.policy);
-  start.set_priority(sched.priority);
-  for (const int cpu : sched.cpus) start.add_cpus(cpu);
+  v1::HostOrder::Start& there = *order.mutable_start();
+  there.set_node(node);
+  for (const std::string& word : start.command.argv) there.add_argv(word);
+  for (const auto& [name, value] : start.command.env) there.add_env(name + "=" + value);
+  there.set_policy(start.sched.policy);
+  there.set_priority(start.sched.priority);
+  for (const int cpu : start.sched.cpus) there.add_cpus(cpu);
+  there.set_mlock(start.sched.mlock);
+  there.set_unit(start.unit);
+  there.set_slice(start.slice);
+  there.set_notifies(start.notifies);
+  there.set_stop_signal(start.stop_signal);
+  there.set_stop_timeout_ns(start.stop_timeout.count());
+  there.set_watchdog_ns(start.watchdog.count());
   link_.put(order);
   running_[node] = -1;
 }

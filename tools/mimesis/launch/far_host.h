@@ -48,7 +48,7 @@ class FarHost final : public NodeHost {
   FarHost(Host spec, std::string graph, const runtime::GraphTime& time);
 
   bool up() const override { return up_; }
-  void start(const std::string& node, const Command& command, const Sched& sched) override;
+  void start(const std::string& node, const Start& start) override;
   void send(const std::string& node, int signal) override;
   std::vector<HostEvent> poll() override;
   void watch(std::vector<pollfd>& fds) const override;

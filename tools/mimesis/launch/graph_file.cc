@@ -66,6 +66,7 @@ void read_common(Section& s, NodeSpec& t) {
     }
     t.sched.priority = sched.whole("priority", 1, 99).value_or(t.sched.priority);
     if (const auto cpus = sched.wholes("cpus", 0, 1023); !cpus.empty()) t.sched.cpus = cpus;
+    t.sched.mlock = sched.flag("mlock").value_or(t.sched.mlock);
   });
   if (const Yaml* ready = s.take("ready"); ready != nullptr && ready->kind == Yaml::Kind::scalar) {
     t.ready_when_started = s.choice("ready", {"started"}).has_value();
@@ -113,6 +114,11 @@ NodeSpec read_node(const Text& name, Section& s, NodeSpec node) {
     s.mistakes().add(params->place, "expected params as a map, found " + params->described());
   }
   read_common(s, node);
+  if (node.sched.mlock && !node.takes_node_options()) {
+    if (s.has("sched"))
+      s.mistakes().add(node.sched.place, "mlock: only a node of Mimesis can lock its memory");
+    node.sched.mlock = false;  // of `defaults:`, which are for nodes
+  }
   s.finish();
   return node;
 }
@@ -213,7 +219,7 @@ void read_hosts(Section& top, GraphFile& graph) {
       if (const auto text = s.text(key)) *value = text->text;
     }
     host.enabled = s.flag("if").value_or(true);
-    s.choice("engine", {"process"});
+    host.engine = s.choice("engine", {"process", "systemd"}).value_or(host.engine);
     host.first_port = s.whole("first_port", 1, 65000).value_or(0);
     host.lost_after = s.duration("lost_after").value_or(host.lost_after);
     if (host.lost_after < kShortestLoss) {
@@ -441,10 +447,15 @@ std::string Host::target() const {
   return !ssh.empty() ? ssh : user.empty() ? address : user + "@" + address;
 }
 
-const Host* GraphFile::far(const NodeSpec& node) const {
+const Host* GraphFile::host_of(const NodeSpec& node) const {
   const auto host = std::ranges::find_if(
-      hosts, [&](const Host& h) { return node.host && h.name.text == node.host->text; });
-  return host == hosts.end() || host->here ? nullptr : &*host;
+      hosts, [&](const Host& h) { return node.host ? h.name.text == node.host->text : h.here; });
+  return host != hosts.end() ? &*host : nullptr;
+}
+
+const Host* GraphFile::far(const NodeSpec& node) const {
+  const Host* host = host_of(node);
+  return host == nullptr || host->here ? nullptr : host;
 }
 
 bool GraphFile::several_hosts() const {

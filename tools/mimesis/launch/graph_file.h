@@ -32,6 +32,7 @@ struct Sched {
   std::string policy = "other";  ///< other, fifo or rr
   int priority = 0;              ///< 1..99 for fifo and rr
   std::vector<int> cpus;         ///< empty: any
+  bool mlock = false;            ///< its memory is locked in RAM
   runtime::Place place;
 };
 
@@ -77,7 +78,8 @@ struct Host {
   std::string address;    ///< by which the others reach its nodes, and ssh it
   std::string user, ssh;  ///< ssh: other target than USER@ADDRESS
   std::string prefix = "/usr";
-  int first_port = 0;  ///< of its nodes, three each in the order of the file; 0: any
+  std::string engine = "process";  ///< process or systemd: what starts its nodes
+  int first_port = 0;              ///< of its nodes, three each in the order of the file; 0: any
   nanoseconds lost_after = std::chrono::seconds(30);  ///< then its nodes count as dead
 
   bool enabled = true;         ///< `if`; else its nodes run on the machine that launches
@@ -133,6 +135,8 @@ struct GraphFile {
   /// The host of a node, if that is another one than this machine; else null.
   const Host* far(const NodeSpec& node) const;
   bool several_hosts() const;  ///< a node is on another host
+  /// The host of a node, this machine too; null if the file does not declare it.
+  const Host* host_of(const NodeSpec& node) const;
 };
 
 /// Reads `file`. Mistakes are collected; the result is usable if there are none.

@@ -69,6 +69,7 @@ class Hand {
         heard = now;
         obey(*order);
       }
+      tell_pids();
       for (const HostEvent& event : local_.poll()) tell(event);
       for (const auto& change : registry_.poll()) tell(change);
       pollfd signals{signals_.get(), POLLIN, 0};
@@ -112,7 +113,9 @@ class Hand {
   }
 
   void start(const v1::HostOrder::Start& start) {
-    Command command{{start.argv().begin(), start.argv().end()}, {}};
+    Start here;
+    Command& command = here.command;
+    command.argv.assign(start.argv().begin(), start.argv().end());
     for (const std::string& variable : start.env()) {
       const std::size_t equals = variable.find('=');
       command.env.emplace_back(variable.substr(0, equals), variable.substr(equals + 1));
@@ -120,15 +123,31 @@ class Hand {
       if (command.env.back().first == "MIMESIS_RUN_LOG")
         std::filesystem::create_directories(command.env.back().second, ignored);
     }
-    Sched sched;
-    sched.policy = start.policy();
-    sched.priority = start.priority();
-    sched.cpus.assign(start.cpus().begin(), start.cpus().end());
-    local_.start(start.node(), command, sched);
-    v1::HostReport report;
-    report.set_node(start.node());
-    report.set_pid(local_.pid(start.node()));
-    if (report.pid() != 0) link_.put(report);
+    here.sched.policy = start.policy();
+    here.sched.priority = start.priority();
+    here.sched.cpus.assign(start.cpus().begin(), start.cpus().end());
+    here.sched.mlock = start.mlock();
+    here.unit = start.unit();
+    here.slice = start.slice();
+    here.notifies = start.notifies();
+    here.stop_signal = start.stop_signal();
+    here.stop_timeout = Time(start.stop_timeout_ns());
+    here.watchdog = Time(start.watchdog_ns());
+    local_.start(start.node(), here);
+  }
+
+  /// Systemd tells a moment after the start which process it is.
+  void tell_pids() {
+    std::map<std::string, pid_t> pids;
+    for (const std::string& node : local_.running()) {
+      const pid_t pid = pids[node] = local_.pid(node);
+      if (pid == 0 || told_pids_[node] == pid) continue;
+      v1::HostReport report;
+      report.set_node(node);
+      report.set_pid(pid);
+      link_.put(report);
+    }
+    told_pids_ = std::move(pids);
   }
 
   /// The first time at once: nothing runs here. Then so slowly that nobody sees a step.
@@ -190,6 +209,7 @@ class Hand {
   HostLink link_{Fd(dup(STDIN_FILENO)), Fd(dup(STDOUT_FILENO))};
   Fd signals_ = open_signals();
   std::map<std::string, std::uint64_t> told_;  ///< start ids that the launcher knows
+  std::map<std::string, pid_t> told_pids_;     ///< of running nodes
   bool followed_ = false, ending_ = false;
   std::size_t left_out_ = 0;
 };

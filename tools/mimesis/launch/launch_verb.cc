@@ -17,6 +17,7 @@
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/launch/export.h"
 #include "tools/mimesis/launch/file_help.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/keeper.h"
@@ -40,6 +41,7 @@ struct Options {
   bool keep_running = false;  ///< the result does not end the run
   bool verbose = false;
   std::uint64_t log_limit = tool::kLogLimit;  ///< of older runs [bytes]
+  std::string export_to, host;                ///< `export`: folder, host whose nodes
 };
 
 using Json = nlohmann::ordered_json;
@@ -228,6 +230,39 @@ void report_killed(const GraphFile& graph, const Run& run, const std::string& wh
   clean_folder(runtime::graph_directory(run.graph));
 }
 
+/// Returns the exit code. @throws ConfigError
+int export_units(const Options& options) {
+  Run run = make_run(options);
+  run.log = boot_log(run.graph);
+  Mistakes mistakes;
+  GraphFile file = read_graph_file(options.file, options.args, run.log, mistakes);
+  check_graph(file, run, false, mistakes);
+  if (!mistakes.empty()) {
+    report_mistakes(options.file, mistakes, options.json);
+    return 2;
+  }
+  GraphFile graph = with_clock(std::move(file));
+  sort_by_start(graph);
+  const BootUnits units = boot_units(graph, run, options.host);
+  const auto removed = write_units(options.export_to, run.graph, units);
+  Json names = Json::array();
+  for (const auto& [name, text] : units.files) names.push_back(name);
+  if (options.json) {
+    print({{"folder", options.export_to},
+           {"graph", run.graph},
+           {"units", names},
+           {"removed", removed},
+           {"notes", units.notes}});
+    return 0;
+  }
+  for (const Json& name : names)
+    fmt::print("{}\n", (fs::path(options.export_to) / name.get<std::string>()).string());
+  for (const std::string& name : removed)
+    fmt::print(stderr, "mimesis: removed {} of an earlier export\n", name);
+  for (const std::string& note : units.notes) fmt::print(stderr, "mimesis: {}\n", note);
+  return 0;
+}
+
 /// Returns the exit code. @throws ConfigError, CLI::Error
 int check_show_or_run(const Options& options) {
   if (options.help && options.file.empty()) throw CLI::CallForHelp();
@@ -284,14 +319,18 @@ void add_launch(CLI::App& program, int& exit_code) {
                  "Report all mistakes of the file with line and column; start nothing");
   verb->add_flag("--dry-run", options->dry_run,
                  "Print the commands in order of start; start nothing");
-  verb->add_option("--arg", options->args, "Value of an argument the file declares")
-      ->type_name("NAME=VALUE")
-      ->allow_extra_args(false);
-  verb->add_option("--set", options->sets, "Parameter of a node, the last wins")
-      ->type_name("NODE.KEY=VALUE")
-      ->allow_extra_args(false);
-  verb->add_option("--graph", options->graph,
+  const auto add_common = [&options](CLI::App* to) {
+    to->add_option("--arg", options->args, "Value of an argument the file declares")
+        ->type_name("NAME=VALUE")
+        ->allow_extra_args(false);
+    to->add_option("--set", options->sets, "Parameter of a node, the last wins")
+        ->type_name("NODE.KEY=VALUE")
+        ->allow_extra_args(false);
+    to->add_option("--graph", options->graph,
                    "Name of the graph (default: MIMESIS_GRAPH, or default)");
+    to->add_flag("--json", options->json, "Machine-readable output (tools/mimesis/README.md)");
+  };
+  add_common(verb);
   verb->add_option("--name", options->name,
                    "Name of the run and its log folder (default: date and time)");
   verb->add_flag("--keep-running", options->keep_running,
@@ -307,14 +346,30 @@ void add_launch(CLI::App& program, int& exit_code) {
       });
   verb->add_flag("-v,--verbose", options->verbose,
                  "Show all that nodes print, not warnings alone (their .log files have all)");
-  verb->add_flag("--json", options->json, "Machine-readable output (tools/mimesis/README.md)");
+  CLI::App* exports = verb->add_subcommand(
+      "export", "Writes units of systemd with which a host boots its nodes, without the launcher");
+  exports->set_help_flag("-h,--help", "Print this help message and exit");
+  exports->add_option("file", options->file, "Launch file")->required();
+  exports->add_option("--systemd", options->export_to, "Folder for the units")
+      ->required()
+      ->type_name("DIR");
+  exports->add_option("--host", options->host, "Host of the file (default: this machine)");
+  add_common(exports);
+  exports->footer(
+      "Examples:\n"
+      "  sudo mimesis launch export /etc/mimesis/arm.yaml --graph arm --systemd "
+      "/etc/systemd/system\n"
+      "  sudo systemctl daemon-reload && sudo systemctl enable --now mimesis-arm.target");
+  exports->callback([options, &exit_code] { exit_code = launch::export_units(*options); });
   verb->footer(
       "Examples:\n"
       "  mimesis launch launch/imitation.yaml --arg teacher=full,below,low\n"
       "  mimesis launch launch/imitation.yaml --set planner.rate_hz=100\n"
       "  mimesis launch launch/imitation.yaml --check\n"
       "  mimesis launch launch/imitation.yaml --help");
-  verb->callback([options, &exit_code] { exit_code = launch::check_show_or_run(*options); });
+  verb->callback([options, &exit_code, verb] {
+    if (verb->get_subcommands().empty()) exit_code = launch::check_show_or_run(*options);
+  });
 }
 
 }  // namespace mimesis::tool

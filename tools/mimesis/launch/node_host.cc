@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include "tools/mimesis/launch/granted.h"
+
 namespace mimesis::launch {
 namespace {
 
@@ -34,11 +36,19 @@ void pump(Fd& from, std::string& partial, const std::function<void(std::string)>
 
 }  // namespace
 
-void LocalHost::start(const std::string& node, const Command& command, const Sched& sched) {
-  Command watched = command;
-  for (auto& variable : watchdog_.environment()) watched.env.push_back(std::move(variable));
+void LocalHost::start(const std::string& node, const Start& start) {
   try {
-    running_[node] = {.child = spawn(watched, sched), .out = {}, .err = {}, .silence = {}};
+    Running& process = running_[node] = {};
+    process.unit = start.unit;
+    process.sched = start.sched;
+    if (start.unit.empty()) {
+      Command watched = start.command;
+      for (auto& variable : watchdog_.environment("")) watched.env.push_back(std::move(variable));
+      process.child = spawn(watched, start.sched);
+    } else {
+      if (!units_) units_.emplace(watchdog_.environment("MIMESIS_"));
+      units_->start(start, process.child.out, process.child.err);
+    }
   } catch (const std::runtime_error& e) {
     running_.erase(node);
     failed_.push_back({.node = node, .kind = Kind::failed, .text = e.what()});
@@ -47,12 +57,36 @@ void LocalHost::start(const std::string& node, const Command& command, const Sch
 
 void LocalHost::send(const std::string& node, int signal) {
   const auto it = running_.find(node);
-  if (it != running_.end()) it->second.child.send(signal);
+  if (it == running_.end()) return;
+  if (it->second.unit.empty()) {
+    it->second.child.send(signal);
+  } else {
+    units_->send(it->second.unit, signal);
+  }
+}
+
+pid_t LocalHost::pid(const Running& process) const {
+  return process.unit.empty() ? process.child.pid : units_->pid(process.unit);
+}
+
+std::optional<Units::End> LocalHost::reap(Running& process) {
+  if (!process.unit.empty()) return units_->reap(process.unit);
+  const auto ending = process.child.reap();
+  return ending ? std::optional(Units::End{*ending, {}}) : std::nullopt;
+}
+
+void LocalHost::check(const std::string& node, Running& process, bool ready,
+                      std::vector<HostEvent>& events) {
+  process.checked = true;
+  if (process.refused) return;
+  const std::string lacks = not_granted(pid(process), process.sched, ready);
+  process.refused = !lacks.empty();
+  if (process.refused) events.push_back({.node = node, .kind = Kind::refused, .text = lacks});
 }
 
 pid_t LocalHost::pid(const std::string& node) const {
   const auto it = running_.find(node);
-  return it != running_.end() ? it->second.child.pid : 0;
+  return it != running_.end() ? pid(it->second) : 0;
 }
 
 std::vector<std::string> LocalHost::running() const {
@@ -64,9 +98,14 @@ std::vector<std::string> LocalHost::running() const {
 std::vector<HostEvent> LocalHost::poll() {
   std::vector<HostEvent> events = std::exchange(failed_, {});
   const nanoseconds passed = watched_.passed(std::chrono::steady_clock::now());
-  while (const auto pid = watchdog_.next()) {
+  if (units_) units_->poll();
+  while (const auto sign = watchdog_.next()) {
     for (auto& [name, process] : running_) {
-      if (process.child.pid != *pid) continue;
+      if (pid(process) != sign->pid) continue;
+      if (sign->ready) {
+        check(name, process, true, events);
+        continue;
+      }
       if (const auto hung = process.silence.heard(passed))
         events.push_back({.node = name, .kind = Kind::heard, .time = *hung});
     }
@@ -79,22 +118,29 @@ std::vector<HostEvent> LocalHost::poll() {
         const bool out = kind == Kind::output;
         pump(out ? process.child.out : process.child.err, out ? process.out : process.err,
              [&](std::string line) {
+               if (!process.unit.empty()) units_->log(process.unit, line);
                events.push_back({.node = name, .kind = kind, .text = std::move(line)});
              });
       }
     };
     read_all();
-    if (const auto ending = process.child.reap()) {
+    if (!process.checked && (process.unit.empty() || units_->active(process.unit)))
+      check(name, process, false, events);
+    if (const auto end = reap(process)) {
       read_all();
       for (std::string* partial : {&process.out, &process.err}) {
         const Kind kind = partial == &process.out ? Kind::output : Kind::error;
         if (!partial->empty()) events.push_back({.node = name, .kind = kind, .text = *partial});
       }
-      events.push_back({.node = name, .kind = Kind::ended, .ending = *ending});
+      if (end->failure.empty()) {
+        events.push_back({.node = name, .kind = Kind::ended, .ending = end->ending});
+      } else {
+        events.push_back({.node = name, .kind = Kind::failed, .text = end->failure});
+      }
       it = running_.erase(it);
       continue;
     }
-    process.silence.look(process.child.pid, passed);
+    process.silence.look(pid(process), passed);
     if (process.silence.reached(Watchdog::kNamed)) {
       events.push_back({.node = name,
                         .kind = Kind::silent,
@@ -108,6 +154,7 @@ std::vector<HostEvent> LocalHost::poll() {
 
 void LocalHost::watch(std::vector<pollfd>& fds) const {
   fds.push_back({watchdog_.fd(), POLLIN, 0});
+  if (units_) fds.push_back({units_->fd(), units_->events(), 0});
   for (const auto& [name, process] : running_) {
     for (const Fd* fd : {&process.child.pidfd, &process.child.out, &process.child.err}) {
       if (fd->open()) fds.push_back({fd->get(), POLLIN, 0});

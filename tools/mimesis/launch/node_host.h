@@ -9,6 +9,7 @@
 
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/launch/units.h"
 #include "tools/mimesis/launch/watchdog.h"
 
 namespace mimesis::launch {
@@ -18,12 +19,13 @@ using WallTime = std::chrono::steady_clock::time_point;
 /// What a node's process did.
 struct HostEvent {
   enum class Kind : int {
-    output,  ///< `text`: a line on standard output
-    error,   ///< `text`: a line on standard error
-    silent,  ///< no sign of life for `time`; `text`: what it does
-    heard,   ///< it goes on after `time`
-    ended,   ///< as `ending` says; after all its lines
-    failed,  ///< it could not be started: `text`
+    output,   ///< `text`: a line on standard output
+    error,    ///< `text`: a line on standard error
+    silent,   ///< no sign of life for `time`; `text`: what it does
+    heard,    ///< it goes on after `time`
+    ended,    ///< as `ending` says; after all its lines
+    failed,   ///< it could not be started: `text`
+    refused,  ///< it runs, but the system did not grant what it needs: `text`
   };
   std::string node;
   Kind kind = Kind::output;
@@ -37,7 +39,7 @@ class NodeHost {
  public:
   virtual ~NodeHost() = default;
   virtual bool up() const = 0;  ///< nodes can be started
-  virtual void start(const std::string& node, const Command& command, const Sched& sched) = 0;
+  virtual void start(const std::string& node, const Start& start) = 0;
   virtual void send(const std::string& node, int signal) = 0;
   /// What has happened since the last call; to be called at least every kLook.
   virtual std::vector<HostEvent> poll() = 0;
@@ -49,7 +51,7 @@ class NodeHost {
 class LocalHost final : public NodeHost {
  public:
   bool up() const override { return true; }
-  void start(const std::string& node, const Command& command, const Sched& sched) override;
+  void start(const std::string& node, const Start& start) override;
   void send(const std::string& node, int signal) override;
   std::vector<HostEvent> poll() override;
   void watch(std::vector<pollfd>& fds) const override;
@@ -58,11 +60,20 @@ class LocalHost final : public NodeHost {
 
  private:
   struct Running {
-    Child child;
+    Child child;           ///< of a unit: its output alone
     std::string out, err;  ///< begun lines
     Silence silence;
+    std::string unit;  ///< of systemd; empty: it is our child
+    Sched sched;
+    bool checked = false, refused = false;
   };
+  pid_t pid(const Running& process) const;
+  std::optional<Units::End> reap(Running& process);
+  /// Reads back what the system granted it. `ready`: it has done what it can itself.
+  void check(const std::string& node, Running& process, bool ready, std::vector<HostEvent>& events);
+
   Watchdog watchdog_;
+  std::optional<Units> units_;  ///< once a node needs them
   Watched watched_;
   std::map<std::string, Running> running_;
   std::vector<HostEvent> failed_;

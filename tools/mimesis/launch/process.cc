@@ -27,19 +27,6 @@ Pipe make_pipe() {
   return {Fd(fds[0]), Fd(fds[1])};
 }
 
-std::vector<std::string> environment(const Command& command) {
-  std::vector<std::string> all;
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    const std::string text = *entry;
-    bool replaced = false;
-    for (const auto& [name, value] : command.env)
-      replaced = replaced || text.starts_with(name + "=");
-    if (!replaced) all.push_back(text);
-  }
-  for (const auto& [name, value] : command.env) all.push_back(name + "=" + value);
-  return all;
-}
-
 std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> all;
   for (std::string& text : texts) all.push_back(text.data());
@@ -96,6 +83,19 @@ void set_schedule(Prepared& p, const Sched& sched) {
 }
 
 }  // namespace
+
+std::vector<std::string> environment(const Command& command) {
+  std::vector<std::string> all;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string text = *entry;
+    bool replaced = false;
+    for (const auto& [name, value] : command.env)
+      replaced = replaced || text.starts_with(name + "=");
+    if (!replaced) all.push_back(text);
+  }
+  for (const auto& [name, value] : command.env) all.push_back(name + "=" + value);
+  return all;
+}
 
 std::string Ending::text() const {
   if (!lost.empty()) return "was lost with host '" + lost + "'";

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/mimesis/launch/command.h"
 
@@ -63,6 +64,9 @@ struct Shared {
   int output = -1;  ///< for its standard output and error, instead of the pipes of `Child`
   int input = -1;   ///< its standard input
 };
+
+/// NAME=VALUE of this process with those of a command.
+std::vector<std::string> environment(const Command& command);
 
 /// Starts a program. Call from the main thread: the child gets a signal when that thread ends.
 /// @throws std::runtime_error "NAME: why" if it cannot be started or scheduled as `sched` says.

@@ -43,10 +43,10 @@ struct ManagedNode {
     ended,
   };
 
-  ManagedNode(const NodeSpec& node, Command how, NodeHost& where, const std::string& log_file,
+  ManagedNode(const NodeSpec& node, Start start, NodeHost& where, const std::string& log_file,
               bool verbose)
       : spec(node),
-        command(std::move(how)),
+        plan(std::move(start)),
         host(where),
         log(name(), log_file,
             verbose          ? LineLog::Shown::all
@@ -55,7 +55,7 @@ struct ManagedNode {
         backoff(spec.restart) {}
 
   void start(WallTime now) {
-    host.start(name(), command, spec.sched);
+    host.start(name(), plan);
     running = true;
     if (state == State::delayed) ++restarts;
     ending.reset();
@@ -96,7 +96,7 @@ struct ManagedNode {
   const std::string& name() const { return spec.name.text; }
 
   const NodeSpec spec;
-  const Command command;
+  const Start plan;
   NodeHost& host;
   LineLog log;
   Backoff backoff;
@@ -125,7 +125,7 @@ class Supervisor {
         hosts_(graph, run, directory_) {
     for (const NodeSpec& spec : graph.nodes) {
       nodes_.push_back(
-          std::make_unique<ManagedNode>(spec, command(graph, spec, run), hosts_.of(spec),
+          std::make_unique<ManagedNode>(spec, start_of(graph, spec, run), hosts_.of(spec),
                                         run.log + "/" + spec.name.text + ".log", run.verbose));
     }
   }
@@ -253,6 +253,8 @@ class Supervisor {
         node.running = false;
         node.state = State::ended;
         return end_run(1, fmt::format("node '{}' cannot be started: {}", node.name(), event.text));
+      case Kind::refused:
+        return end_run(1, fmt::format("node '{}': {}", node.name(), event.text));
       case Kind::ended:
         node.ended(event.ending, Clock::now());
         if (!stopping_) return failed(node, event.ending);

@@ -35,12 +35,14 @@ Watchdog::Watchdog() : socket_(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_
   address_ = "@" + std::string(address.sun_path + 1, size - offsetof(sockaddr_un, sun_path) - 1);
 }
 
-std::vector<std::pair<std::string, std::string>> Watchdog::environment() const {
+std::vector<std::pair<std::string, std::string>> Watchdog::environment(
+    const std::string& prefix) const {
   const std::chrono::microseconds period = kNamed;
-  return {{"NOTIFY_SOCKET", address_}, {"WATCHDOG_USEC", std::to_string(period.count())}};
+  return {{prefix + "NOTIFY_SOCKET", address_},
+          {prefix + "WATCHDOG_USEC", std::to_string(period.count())}};
 }
 
-std::optional<pid_t> Watchdog::next() {
+std::optional<Watchdog::Sign> Watchdog::next() {
   for (;;) {
     std::array<char, 64> word{};
     alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ucred))> control{};
@@ -52,12 +54,13 @@ std::optional<pid_t> Watchdog::next() {
     message.msg_controllen = control.size();
     const ssize_t n = recvmsg(socket_.get(), &message, MSG_CMSG_CLOEXEC);
     if (n < 0) return std::nullopt;
-    if (std::string_view(word.data(), static_cast<std::size_t>(n)) != "WATCHDOG=1") continue;
+    const std::string_view said(word.data(), static_cast<std::size_t>(n));
+    if (said != "WATCHDOG=1" && said != "READY=1") continue;
     for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
       if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_CREDENTIALS) continue;
       ucred sender{};
       std::memcpy(&sender, CMSG_DATA(c), sizeof sender);
-      return sender.pid;
+      return Sign{.pid = sender.pid, .ready = said == "READY=1"};
     }
   }
 }

@@ -18,11 +18,15 @@ class Watchdog {
 
   /// @throws std::runtime_error without a socket.
   Watchdog();
-  /// What a node needs to know.
-  std::vector<std::pair<std::string, std::string>> environment() const;
+  /// What a node needs to know. `prefix`: of the variables' names
+  std::vector<std::pair<std::string, std::string>> environment(const std::string& prefix) const;
   int fd() const { return socket_.get(); }  ///< readable when a sign has come
-  /// The process of the next sign, if one has come.
-  std::optional<pid_t> next();
+  struct Sign {
+    pid_t pid = 0;       ///< of the sender
+    bool ready = false;  ///< READY=1 instead of a sign of life
+  };
+  /// The next sign, if one has come.
+  std::optional<Sign> next();
 
  private:
   Fd socket_;

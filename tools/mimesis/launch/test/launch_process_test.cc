@@ -361,6 +361,25 @@ TEST_F(Launch, AHungNodeEndsARunInLockstep) {
   EXPECT_EQ(launch->errors().find("b hangs"), std::string::npos) << launch->errors();
 }
 
+TEST_F(Launch, RealTimePriorityIsGrantedOrTheRunRefused) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root";
+  const std::string nodes =
+      "nodes:\n  a: {exec: " + counter_ + ", sched: {policy: fifo, priority: 10, mlock: true}}\n";
+  auto launch = start(nodes);
+  ASSERT_TRUE(until([&] { return pids().size() == 1; })) << launch->errors();
+  EXPECT_EQ(sched_getscheduler(pids()["a"]), SCHED_FIFO);
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+  testing::Process without("/usr/bin/setpriv",
+                           {"--bounding-set=-sys_nice", "/usr/bin/prlimit", "--rtprio=0",
+                            MIMESIS_BIN_DIR "/mimesis", "launch", folder_.path() + "/g.yaml",
+                            "--graph", graph_.name(), "--name", "other", "--json"});
+  EXPECT_EQ(without.wait(), 1);
+  EXPECT_EQ(summary(without)["reason"],
+            "node 'a' cannot be started: " + counter_ + ": sched.policy: Operation not permitted");
+  EXPECT_TRUE(pids().empty());
+}
+
 TEST_F(Launch, KillsWhatDoesNotStop) {
   auto launch = start(
       "nodes:\n  deaf: {exec: sh, ready: started, stop: {timeout: 100ms}, args: [-c, \"trap '' INT "

@@ -29,19 +29,24 @@ TEST(Watchdog, SeesWhatAProcessDoes) {
 
 TEST(Watchdog, HearsSignsOfLifeAlone) {
   Watchdog watchdog;
-  const std::string name = watchdog.environment().at(0).second;  // @NAME
+  const std::string name = watchdog.environment("").at(0).second;  // @NAME
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::ranges::copy(name.substr(1), address.sun_path + 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
   const Fd sender(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  for (const std::string word : {"READY=1", "WATCHDOG=1", "WATCHDOG=10"}) {
+  for (const std::string word : {"STATUS=x", "READY=1", "WATCHDOG=1", "WATCHDOG=10"}) {
     EXPECT_EQ(sendto(sender.get(), word.data(), word.size(), 0,
                      reinterpret_cast<const sockaddr*>(&address), size),
               static_cast<ssize_t>(word.size()));
   }
-  EXPECT_EQ(watchdog.next(), getpid());
-  EXPECT_EQ(watchdog.next(), std::nullopt);
+  for (const bool ready : {true, false}) {
+    const auto sign = watchdog.next();
+    ASSERT_TRUE(sign);
+    EXPECT_EQ(sign->pid, getpid());
+    EXPECT_EQ(sign->ready, ready);
+  }
+  EXPECT_FALSE(watchdog.next());
 }
 
 TEST(Activity, IsReadWhateverTheProcessIsCalled) {
