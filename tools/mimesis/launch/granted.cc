@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <sched.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 namespace mimesis::launch {
 namespace {
@@ -35,13 +35,11 @@ std::string thread_lacks(pid_t thread, const Sched& sched) {
     if (got != asked) return fmt::format("policy: expected {}, the system gave {}", asked, got);
   }
   if (sched.cpus.empty()) return {};
-  std::vector<int> got;
+  std::set<int> got;
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    if (CPU_ISSET(static_cast<std::size_t>(cpu), &cpus)) got.push_back(cpu);
+    if (CPU_ISSET(static_cast<std::size_t>(cpu), &cpus)) got.insert(cpu);
   }
-  std::vector<int> asked = sched.cpus;
-  std::ranges::sort(asked);
-  asked.erase(std::ranges::unique(asked).begin(), asked.end());
+  const std::set<int> asked(sched.cpus.begin(), sched.cpus.end());
   return got == asked ? ""
                       : fmt::format("cpus: expected {}, the system gave {}", fmt::join(asked, ", "),
                                     fmt::join(got, ", "));

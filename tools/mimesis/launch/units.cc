@@ -146,7 +146,7 @@ Units::Message Units::call(const char* member) const {
 }
 
 void Units::send_call(const Message& call, const std::string& unit) const {
-  sd_bus_error error = SD_BUS_ERROR_NULL;
+  sd_bus_error error{};
   const int sent = sd_bus_call(bus_.get(), call.get(), kAnswer, &error, nullptr);
   const std::string why = error.message != nullptr ? error.message : std::strerror(-sent);
   sd_bus_error_free(&error);
