@@ -6,6 +6,7 @@
 #include <zmq.h>
 
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -72,8 +73,10 @@ KeyPair make_key(bool replace) {
   if (!replace && fs::exists(path))
     throw ConfigError(path.string() + " exists: --replace makes a new key, which no host trusts");
   std::array<char, kKeyLength + 1> public_key{}, secret_key{};
-  if (zmq_curve_keypair(public_key.data(), secret_key.data()) != 0)
-    throw ConfigError(std::string("no keys: ") + zmq_strerror(errno));
+  do {
+    if (zmq_curve_keypair(public_key.data(), secret_key.data()) != 0)
+      throw ConfigError(std::string("no keys: ") + zmq_strerror(errno));
+  } while (std::isalnum(static_cast<unsigned char>(public_key[0])) == 0);  // "-..." is an option
   write_file(path, std::string(public_key.data()) + "\n" + secret_key.data() + "\n");
   return {public_key.data(), secret_key.data()};
 }

@@ -126,6 +126,11 @@ class Keys : public ::testing::Test {
       (std::filesystem::temp_directory_path() / ("keys-" + std::to_string(getpid()))).string();
 };
 
+TEST_F(Keys, AreNoOptionsOfACommand) {
+  home("there");
+  for (int i = 0; i < 300; ++i) EXPECT_NE(make_key(true).public_key.front(), '-');
+}
+
 // 0.0.0.0 leaves the host by its name, and is this one for connect(2).
 TEST_F(Keys, WhatLeavesAHostIsForThoseWhoTrustEachOther) {
   TestGraph here, there;
