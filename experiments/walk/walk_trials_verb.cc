@@ -224,7 +224,7 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
       "  mimesis walk-trials --suite steps30 --slope-forward 0.05 --set slope=1\n"
-      "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=5\n"
+      "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=4\n"
       "  mimesis walk-trials --suite pushes --out pushes.jsonl --set kd_1_s=3");
   verb->callback([o, &exit_code] { exit_code = run(*o); });
 }

@@ -65,7 +65,7 @@ std::vector<DrawerGoal> extreme_goals() {
 
 walker::WalkerSettings launched_walker() {
   walker::WalkerSettings s;
-  s.stabilizer.delay_ticks = 5;
+  s.stabilizer.delay_ticks = kSensorDelayTicks + 1;
   return s;
 }
 

@@ -67,7 +67,7 @@ std::vector<DrawerGoal> novel_goals();
 std::vector<DrawerGoal> extreme_goals();
 
 /// Delays of launch/drawer.yaml: a set-point shows in the sensors three ticks later, through the
-/// bridge, and the stabilizer compares with the plan of five ticks ago [docs/walking.md 6.7].
+/// bridge, and the stabilizer compares with the plan of three ticks ago [docs/walking.md 6.7].
 inline constexpr int kSensorDelayTicks = 2;
 walker::WalkerSettings launched_walker();
 /// Senses, errors of stiffness and gains of the suites (set_up, seed 1), these delays, ankles of
