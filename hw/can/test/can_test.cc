@@ -26,7 +26,7 @@ Frame frame(std::uint32_t id, std::initializer_list<std::uint8_t> data = {}) {
 }
 
 std::vector<Frame> receive_all(Bus& bus) {
-  std::vector<Frame> frames(256);
+  std::vector<Frame> frames(10'000);  // systemd makes queues of 512 (net.unix.max_dgram_qlen)
   frames.resize(bus.receive(frames));
   return frames;
 }

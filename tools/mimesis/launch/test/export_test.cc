@@ -30,6 +30,9 @@ BootUnits units_of(const std::string& text, const std::string& host = "",
                    const std::string& graph_name = "arm") {
   GraphFile graph = read_text(text);
   graph.file = "/etc/mimesis/arm.yaml";
+  for (NodeSpec& node : graph.nodes) {
+    if (!node.params.empty()) node.params = graph.file + node.params.substr(node.params.rfind('#'));
+  }
   sort_by_start(graph);
   return boot_units(graph, {.graph = graph_name, .log = boot_log(graph_name), .sets = {}}, host);
 }

@@ -1,21 +1,27 @@
-#!/ usr / bin / python3
-""
-    "launch.schema.json has the keys that `mimesis launch` reads; shipped files keep to it, wrong ones do not.
+#!/usr/bin/python3
+"""launch.schema.json has the keys that `mimesis launch` reads; shipped files keep to it, wrong ones do not.
 
-    usage : launch_schema_test.py BIN
-            ""
-            "
-            import json import pathlib import re import subprocess import sys import tempfile import
-                unittest
+usage: launch_schema_test.py BIN
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
 
-            try : import jsonschema import yaml except ImportError:
+try:
+    import jsonschema
+    import yaml
+except ImportError:
     jsonschema = None
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
 BIN = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else ROOT / "build" / "bin"
 SCHEMA = json.loads((ROOT / "tools/mimesis/launch/launch.schema.json").read_text())
 NODES = "nodes: {a: {exec: x}}\n"
-#Definition of the schema : a file with an unknown key of that section.
+# Definition of the schema: a file with an unknown key of that section.
 SECTIONS = {
     "": NODES + "qqqqqqqqqqqq: 1\n",
     "defaults": NODES + "defaults: {qqqqqqqqqqqq: 1}\n",
