@@ -96,9 +96,10 @@ def check(argv):
         if code != 0:
             return f"there is no verb {words[0]}"
         if "SUBCOMMAND" in text and len(words) > 1:
-            whole, text = text, say(BIN / program, *words[:2], "--help")[1]
-            if text == whole:
+            inner = say(BIN / program, *words[:2], "--help")[1]
+            if inner == text:
                 return f"{words[0]} has no {words[1]}"
+            text = text + inner if words[0] == "launch" else inner  # it takes a file as well as a verb
         if words[:1] == ["reproduce"]:
             listed = say(BIN / program, "reproduce", "--list")[1]
             unknown = [w for w in words[1:] if re.match(r"(fig|table)-", w) and w not in listed]
