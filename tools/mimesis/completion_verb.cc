@@ -32,9 +32,14 @@ constexpr const char* kFish =
     R"sh(# mimesis completion fish > ~/.config/fish/completions/mimesis.fish
 function __mimesis_complete
     set -l words (commandline -opc) (commandline -ct)
-    $words[1] __complete $words[2..-1] 2>/dev/null
+    set -l found ($words[1] __complete $words[2..-1] 2>/dev/null)
+    if test -n "$found"
+        printf '%s\n' $found
+    else
+        __fish_complete_path (commandline -ct)
+    end
 end
-complete -c mimesis -a '(__mimesis_complete)'
+complete -c mimesis -f -a '(__mimesis_complete)'
 )sh";
 
 }  // namespace
