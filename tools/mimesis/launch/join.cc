@@ -71,7 +71,6 @@ void join(GraphFile& graph, GraphFile&& part, Mistakes& mistakes) {
   }
 }
 
-/// Whoever waits for a group waits for all its nodes.
 void open_groups(GraphFile& graph, Mistakes& mistakes) {
   for (const Group& group : graph.groups) {
     if (const NodeSpec* node = graph.find(group.name.text)) {

@@ -16,17 +16,6 @@ extern char** environ;
 namespace mimesis::launch {
 namespace {
 
-struct Pipe {
-  Fd read, write;
-};
-
-Pipe make_pipe() {
-  int fds[2];
-  if (pipe2(fds, O_CLOEXEC) != 0)
-    throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
-  return {Fd(fds[0]), Fd(fds[1])};
-}
-
 std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> all;
   for (std::string& text : texts) all.push_back(text.data());
@@ -83,6 +72,13 @@ void set_schedule(Prepared& p, const Sched& sched) {
 }
 
 }  // namespace
+
+Pipe make_pipe() {
+  int fds[2];
+  if (pipe2(fds, O_CLOEXEC) != 0)
+    throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+  return {Fd(fds[0]), Fd(fds[1])};
+}
 
 std::vector<std::string> environment(const Command& command) {
   std::vector<std::string> all;

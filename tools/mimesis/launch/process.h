@@ -36,6 +36,13 @@ class Fd {
   int fd_ = -1;
 };
 
+struct Pipe {
+  Fd read, write;
+};
+
+/// Closed in programs that are started. @throws std::runtime_error without descriptors.
+Pipe make_pipe();
+
 /// How a process ended.
 struct Ending {
   int code = 0;           ///< exit code, if signal is 0

@@ -114,17 +114,6 @@ std::string start_failure(int status) {
   }
 }
 
-struct PipeEnds {
-  Fd read, write;
-};
-
-PipeEnds pipe_ends() {
-  int fds[2];
-  if (pipe2(fds, O_CLOEXEC) != 0)
-    throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
-  return {Fd(fds[0]), Fd(fds[1])};
-}
-
 }  // namespace
 
 Units::Units(std::vector<std::pair<std::string, std::string>> life) : life_(std::move(life)) {
@@ -154,7 +143,7 @@ void Units::send_call(const Message& call, const std::string& unit) const {
 }
 
 void Units::hold_lease(const std::string& name) {
-  PipeEnds pipe = pipe_ends();
+  Pipe pipe = make_pipe();
   const Message start = call("StartTransientUnit");
   check(sd_bus_message_append(start.get(), "ss", name.c_str(), "fail"), name);
   Properties properties(start.get());
@@ -191,7 +180,7 @@ void Units::start(const Start& start, Fd& out, Fd& err) {
         start.unit);
   unit.slot.reset(slot);
 
-  PipeEnds output = pipe_ends(), errors = pipe_ends();
+  Pipe output = make_pipe(), errors = make_pipe();
   const Message message = call("StartTransientUnit");
   check(sd_bus_message_append(message.get(), "ss", start.unit.c_str(), "fail"), start.unit);
   Properties p(message.get());
