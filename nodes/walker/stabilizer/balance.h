@@ -90,7 +90,7 @@ class StepAdjustment {
   }
 
   void reset() {
-    foot_.fill(Eigen::Vector2d::Zero());
+    foot_.fill(Eigen::Vector2d::Zero()), touch_W_.fill(Eigen::Vector2d::Zero());
     in_air_.fill(false);
     com_.setZero(), com_v_.setZero(), moved_.setZero();
   }
@@ -109,6 +109,7 @@ class StepAdjustment {
     Eigen::Vector2d error_W_m, zmp_change_W_m;  ///< e, d
     bool cut = false;                           ///< d is smaller than wished
     double omega_1_s = 0.0;
+    std::array<bool, 2> touched{};  ///< swing feet that bear already: they stay there
   };
   /// @return how far the whole pattern has to move after this tick; 0 except at landings
   Eigen::Vector2d step(const PatternSample& plan, const Balance& balance) {
@@ -119,6 +120,12 @@ class StepAdjustment {
         continue;
       }
       in_air_[side] = true;
+      const Eigen::Vector2d at_W = plan.foot[side].X_WS.translation().head<2>();
+      if (balance.touched[side] && settings_->step_adjustment) {
+        foot_[side] += touch_W_[side] - at_W;
+        continue;
+      }
+      touch_W_[side] = at_W;
       const double t = plan.to_landing_s;
       if (t <= kLast_s) continue;
       Eigen::Vector2d goal = Eigen::Vector2d::Zero();
@@ -170,7 +177,8 @@ class StepAdjustment {
   double share_;
   std::array<Eigen::Vector2d, 2> foot_;
   std::array<bool, 2> in_air_{false, false};
-  Eigen::Vector2d com_, com_v_, moved_;  ///< moved_: pattern since the last follow()
+  std::array<Eigen::Vector2d, 2> touch_W_;  ///< last place of a foot in the air
+  Eigen::Vector2d com_, com_v_, moved_;     ///< moved_: pattern since the last follow()
 };
 
 }  // namespace mimesis::walker

@@ -215,6 +215,7 @@ void Feet::reach(Foot& foot, bool found, double planned_down_m_s) const {
 }
 
 void Feet::stand(Foot& foot, double normal_n) const {
+  foot.touched = false;
   foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);
   foot.felt = foot.felt || normal_n > kFeltShare * weight_n_;
   reach(foot, foot.felt, 0.0);
@@ -225,7 +226,7 @@ void Feet::swing(Foot& foot, const PatternSample& plan, const FootState& planned
                  const Measured& measured, double normal_n) const {
   for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, kLetGo_s);
   foot.felt = false;
-  hold_swing(foot, planned.X_WS, measured);
+  if (!foot.touched) hold_swing(foot, planned.X_WS, measured);
   if (plan.to_landing_s > settings_->landing_window_s) {
     foot.touched = false;
     foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);

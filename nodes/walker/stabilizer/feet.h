@@ -91,6 +91,8 @@ class Feet {
   const std::array<Eigen::Isometry3d, 2>& step(const PatternSample& plan,
                                                const Ground::Shares& wished,
                                                const Measured& measured);
+  /// Ground contact of a swing foot before it is due.
+  bool touched(Side side) const { return foot_[side].touched; }
   /// step() without measurements: all corrections fade.
   const std::array<Eigen::Isometry3d, 2>& fade(const PatternSample& plan);
 

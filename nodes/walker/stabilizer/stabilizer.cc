@@ -197,9 +197,12 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
     admittance_.step(*zmp, command_.wished_zmp_W_m);
   }
   move_com();
-  command_.pattern_shift_W_m = adjustment_.step(
-      plan.pattern, {feedback_.error_m(), command_.wished_zmp_W_m - plan.pattern.zmp_W_m,
-                     command_.saturated, feedback_.omega_1_s()});
+  command_.pattern_shift_W_m =
+      adjustment_.step(plan.pattern, {feedback_.error_m(),
+                                      command_.wished_zmp_W_m - plan.pattern.zmp_W_m,
+                                      command_.saturated,
+                                      feedback_.omega_1_s(),
+                                      {feet_.touched(kLeft), feet_.touched(kRight)}});
   command_.X_WS =
       feet_.step(plan.pattern, ground_.distribute(plan.pattern, command_.wished_zmp_W_m),
                  {wrench_S_, sent.plan.X_WB_last, body.X_WB,

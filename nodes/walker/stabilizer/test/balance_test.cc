@@ -295,6 +295,26 @@ TEST_F(AdjustmentTest, PatternMovesWithTheFootAndNothingThatTheLegsTrackJumps) {
   EXPECT_LT(a.foot_W_m(kRight).norm(), 1e-9);
 }
 
+/// Pushed robots land early, and their feet were led on over the ground.
+TEST_F(AdjustmentTest, AFootThatBearsStaysWhereItTouched) {
+  StepAdjustment a(settings);
+  swing(a, 0.2, {0.06, 0.06}, {0.05, 0.05}, true);
+  Vector2d planned = plan.foot[kLeft].X_WS.translation().head<2>();
+  const Vector2d touched = planned + a.foot_W_m(kLeft);
+  for (int i = 0; i <= 30; ++i) {
+    a.follow();
+    plan.to_landing_s -= kTick_s;
+    plan.foot[kLeft].X_WS.translation().head<2>() = planned + a.foot_W_m(kLeft);
+    a.step(plan, {{-0.3, 0.3}, Vector2d::Zero(), true, kOmega, {i > 0, false}});
+    if (i > 0) {
+      EXPECT_LT((planned + a.foot_W_m(kLeft) - touched).norm(), 1e-9);
+    }
+    planned.x() += 0.001;  // the plan is still on its way
+  }
+  const Vector2d offset = a.foot_W_m(kLeft);
+  EXPECT_EQ(land(a), offset) << "the pattern goes on from where it is";
+}
+
 TEST_F(AdjustmentTest, ForgetsAndDoesNotAllocate) {
   StepAdjustment a(settings);
   swing(a, 0.2, {0.06, 0.06}, {0.05, 0.05}, true);

@@ -437,6 +437,16 @@ TEST_F(FeetTest, SwingFootIsWhereItIsPlannedThoughTheBaseIsNot) {
   measured.X_WB.translation().z() += 0.05;  // more than a plate can be: the height is limited
   run(200);
   EXPECT_NEAR(height(kLeft) - wish.translation().z(), -settings.swing_height_limit_m, 1e-6);
+
+  EXPECT_FALSE(feet.touched(kLeft));
+  plan.to_landing_s = 0.2;
+  measured.foot_S[kLeft].force.z() = 100.0;
+  run(1);
+  EXPECT_TRUE(feet.touched(kLeft));
+  const Eigen::Vector2d on_ground = X_WS[kLeft].translation().head<2>();
+  measured.X_WB.translation().head<2>() += Eigen::Vector2d(0.02, 0.02);
+  run(40);
+  EXPECT_LT((X_WS[kLeft].translation().head<2>() - on_ground).norm(), 1e-9) << "it bears";
 }
 
 TEST_F(FeetTest, LoadedLegIsLongerByItsGiveAndTheUnloadedOneShorter) {
