@@ -276,22 +276,11 @@ TEST_F(LaunchHosts, DISABLED_SlowTheRobotOfTwoHostsPlacesTheObject) {
   EXPECT_GE(all_gone(), 0.0);
 }
 
-TEST_F(LaunchHosts, DISABLED_SlowTenSecondsCutAndWhatIsKilledLeavesNothing) {
+TEST_F(LaunchHosts, DISABLED_SlowWhatIsKilledLeavesNothing) {
   begin(2);
   if (HasFatalFailure()) return;
   const std::string nodes = counter("a", ", in: {a: b/out}") +
                             counter("b", ", host: h2, restart: on-failure, in: {a: a/out}");
-  start(nodes);
-  ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
-  const auto before = at(1).sees(graph_);
-  ASSERT_TRUE(at(1).cut(at(2)));
-  std::this_thread::sleep_for(10s);
-  ASSERT_TRUE(at(1).up(at(2)) && at(2).up(at(1)));
-  ASSERT_TRUE(until_says("host 'h2' is back", 60s)) << launch_->errors();
-  EXPECT_EQ(at(1).sees(graph_), before);
-  launch_->signal(SIGINT);
-  EXPECT_EQ(launch_->wait(), 130);
-  ASSERT_GE(all_gone(), 0.0);
   double longest_s = 0.0;
   for (int trial = 0; trial < 20; ++trial) {
     start(nodes);
