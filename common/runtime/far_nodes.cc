@@ -1,9 +1,9 @@
 #include "common/runtime/far_nodes.h"
 
 #include <algorithm>
-#include <string_view>
 
 #include "common/error.h"
+#include "common/runtime/keys.h"
 #include "common/runtime/log.h"
 
 namespace mimesis::runtime {
@@ -12,13 +12,12 @@ namespace {
 /// Leaves only the tcp endpoint.
 void reach_through(const std::string& address,
                    google::protobuf::RepeatedPtrField<std::string>& endpoints) {
-  constexpr std::string_view kAnywhere = "tcp://0.0.0.0:";
   std::string usable;
   for (const std::string& endpoint : endpoints) {
     if (!endpoint.starts_with("tcp://")) continue;
-    usable = endpoint.starts_with(kAnywhere)
-                 ? "tcp://" + address + ":" + endpoint.substr(kAnywhere.size())
-                 : endpoint;
+    const bool anywhere =
+        endpoint.starts_with("tcp://0.0.0.0:") || endpoint.starts_with("tcp://[::]:");
+    usable = anywhere ? tcp_at(address) + endpoint.substr(endpoint.rfind(':')) : endpoint;
   }
   endpoints.Clear();
   if (!usable.empty()) *endpoints.Add() = usable;

@@ -10,7 +10,8 @@
 
 namespace mimesis::runtime {
 
-/// A node as other hosts see it: its tcp endpoints alone, with `address` in the place of 0.0.0.0.
+/// A node as other hosts see it: its tcp endpoints alone, with `address` in the place of any
+/// (0.0.0.0, [::]).
 v1::NodeInfo seen_from_afar(v1::NodeInfo node, const std::string& address);
 
 /// The nodes of other hosts in the directory of this one: entries as its own nodes have them, but

@@ -110,8 +110,13 @@ void trust_key(const std::string& name, const std::string& key) {
   write_file(path, text + key + " " + name + "\n");
 }
 
+std::string tcp_at(const std::string& address) {
+  return address.find(':') == std::string::npos ? "tcp://" + address : "tcp://[" + address + "]";
+}
+
 bool leaves_host(const std::string& endpoint) {
-  return endpoint.starts_with("tcp://") && !endpoint.starts_with("tcp://127.");
+  return endpoint.starts_with("tcp://") && !endpoint.starts_with("tcp://127.") &&
+         !endpoint.starts_with("tcp://[::1]");
 }
 
 }  // namespace mimesis::runtime

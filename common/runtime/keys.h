@@ -22,7 +22,9 @@ std::map<std::string, std::string> trusted_keys();
 /// Adds or renames a key. @throws ConfigError unless `key` is a public key, or on a failed write.
 void trust_key(const std::string& name, const std::string& key);
 
-/// A tcp endpoint that is not in 127.0.0.0/8: what goes there needs keys.
+/// Begin of a tcp endpoint, to which ":PORT" is added; IPv6 addresses get their brackets.
+std::string tcp_at(const std::string& address);
+/// A tcp endpoint that is not in 127.0.0.0/8 or [::1]: what goes there needs keys.
 bool leaves_host(const std::string& endpoint);
 
 }  // namespace mimesis::runtime

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -74,6 +75,19 @@ void change(const std::string& owner, AnyNode& node, const Values& sets) {
   }
 }
 
+constexpr std::array kLevelNames{"debug", "info", "warn", "error"};  // as enum class Level
+
+/// @throws ConfigError
+Level level_of(const std::string& name) {
+  const auto level = std::ranges::find(kLevelNames, name);
+  if (level == kLevelNames.end()) {
+    throw ConfigError(fmt::format("log level '{}': expected one of {}{}", name,
+                                  fmt::join(kLevelNames, ", "),
+                                  did_you_mean(name, {kLevelNames.begin(), kLevelNames.end()})));
+  }
+  return static_cast<Level>(level - kLevelNames.begin());
+}
+
 v1::ParamSet answer(AnyNode& node, bool described) {
   v1::ParamSet all;
   for (const ParamInfo& info : values_of(node)) {
@@ -93,20 +107,27 @@ v1::ParamSet answer(AnyNode& node, bool described) {
 }  // namespace
 
 void serve_params(Bus& bus, AnyNode& node) {
-  bus.serve(
-      "params", v1::ParamRequest::default_instance(), v1::ParamSet::default_instance(),
-      [&node, owner = bus.node()](const std::string& bytes) -> tl::expected<std::string, Status> {
-        v1::ParamRequest request;
-        if (!request.ParseFromString(bytes)) return tl::unexpected(Status{"not a request"});
-        Values sets;
-        for (const v1::ParamValue& set : request.set()) sets.emplace_back(set.key(), set.value());
-        try {
-          if (!sets.empty()) change(owner, node, sets);
-        } catch (const ConfigError& e) {
-          return tl::unexpected(Status{e.what()});
-        }
-        return answer(node, request.described()).SerializeAsString();
-      });
+  bus.serve("params", v1::ParamRequest::default_instance(), v1::ParamSet::default_instance(),
+            [&node, owner = bus.node(), level = std::string()](
+                const std::string& bytes) mutable -> tl::expected<std::string, Status> {
+              v1::ParamRequest request;
+              if (!request.ParseFromString(bytes)) return tl::unexpected(Status{"not a request"});
+              Values sets;
+              for (const v1::ParamValue& set : request.set())
+                sets.emplace_back(set.key(), set.value());
+              try {
+                const bool levelled = !request.log_level().empty();
+                const Level least = levelled ? level_of(request.log_level()) : Level::info;
+                if (!sets.empty()) change(owner, node, sets);
+                if (levelled) set_log_level(least);
+                if (levelled) level = request.log_level();
+              } catch (const ConfigError& e) {
+                return tl::unexpected(Status{e.what()});
+              }
+              v1::ParamSet all = answer(node, request.described());
+              all.set_log_level(level);
+              return all.SerializeAsString();
+            });
 }
 
 }  // namespace mimesis::runtime

@@ -110,7 +110,7 @@ class SelfReport {
     health.set_overruns(overruns);
     health.set_worst_step_s(worst_s_);
     health.set_mean_step_s(sum_s_ / static_cast<double>(steps_in_period_));
-    for (v1::InputHealth& input : bus_.input_health(now)) *health.add_inputs() = std::move(input);
+    for (v1::InputHealth& input : bus_.report_inputs(now)) *health.add_inputs() = std::move(input);
     health.set_sent(bus_.sent());
     health.set_backlog(bus_.backlog());
     health.set_overflow(bus_.overflow());
@@ -150,6 +150,7 @@ class StepReport {
   Bus& bus() { return recorded_bus_; }
   void begin(v1::StepKind kind, Time now) {
     if (kind == v1::STEP_KIND_STEP && !started_) publish_start(now);
+    bus_.step_begins(now);
     recorder_.begin(kind, now);
     open_ = now;
   }

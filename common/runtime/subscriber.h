@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -15,6 +17,24 @@
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {
+
+/// How old messages were at the step that took them, of the newest since the last report.
+class Latencies {
+ public:
+  void add(Time age) { ages_[taken_++ % ages_.size()] = age; }
+  /// Writes median and 99th percentile, and begins anew.
+  void report(v1::InputHealth& health) {
+    const std::size_t n = std::min(std::exchange(taken_, 0), ages_.size());
+    if (n == 0) return;
+    std::sort(ages_.begin(), ages_.begin() + static_cast<std::ptrdiff_t>(n));
+    health.set_latency_p50_s(to_seconds(ages_[(n - 1) / 2]));
+    health.set_latency_p99_s(to_seconds(ages_[(n - 1) * 99 / 100]));
+  }
+
+ private:
+  std::array<Time, 1024> ages_{};
+  std::size_t taken_ = 0;
+};
 
 /// One input port: applies the policy, counts lost and dropped messages.
 class Input {
@@ -50,11 +70,24 @@ class Input {
       ++counters.dropped;
     }
   }
-  std::optional<Received> pop() {
+  /// `now`: time of the step; 0: there are none
+  std::optional<Received> pop(Time now) {
     if (pending_.empty()) return std::nullopt;
     Received message = std::move(pending_.front());
     pending_.pop_front();
+    if (now != Time(0)) latencies_.add(now - message.stamp);
     return message;
+  }
+  void report(Time now, v1::InputHealth& health) {
+    health.set_topic(topic_);
+    health.set_received(counters.received);
+    health.set_lost(counters.lost);
+    health.set_dropped(counters.dropped);
+    health.set_rejected(counters.rejected);
+    if (counters.received > 0) health.set_age_s(to_seconds(now - newest));
+    latencies_.report(health);
+    health.set_queued(pending_.size());
+    if (!pending_.empty()) health.set_queue_age_s(to_seconds(now - pending_.front().stamp));
   }
 
   InCounters counters;
@@ -67,6 +100,7 @@ class Input {
   std::uint64_t hash_;
   InOptions options_;
   std::deque<Received> pending_;
+  Latencies latencies_;
   std::map<std::uint64_t, SeqOrder> order_;  ///< by start_id
 };
 

@@ -33,6 +33,9 @@ void allow_many_connections() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+/// Asked for only where it is meant: names would become IPv6 addresses where nodes listen to IPv4.
+int is_ipv6(const std::string& endpoint) { return endpoint.starts_with("tcp://[") ? 1 : 0; }
+
 }  // namespace
 
 bool TcpGate::has_key() {
@@ -48,6 +51,7 @@ std::string TcpGate::name_of(const std::string& host_key) {
 }
 
 void TcpGate::bind(ZmqSocket& socket, const std::string& endpoint) {
+  socket.set(ZMQ_IPV6, is_ipv6(endpoint));
   socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);
   socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
   if (leaves_host(endpoint)) {
@@ -80,6 +84,7 @@ bool TcpGate::connect(ZmqSocket& socket, const std::string& endpoint, const std:
     return false;
   }
   if (endpoint.starts_with("tcp://")) {
+    socket.set(ZMQ_IPV6, is_ipv6(endpoint));
     socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);
     socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
     socket.set(ZMQ_CONNECT_TIMEOUT, kConnect_ms);

@@ -33,9 +33,9 @@ std::string_view policy_name(Policy policy) {
 
 class ZmqIn final : public InChannel {
  public:
-  ZmqIn(std::string port, std::shared_ptr<Input> input)
-      : port_(std::move(port)), input_(std::move(input)) {}
-  std::optional<Received> pop() override { return input_->pop(); }
+  ZmqIn(std::string port, std::shared_ptr<Input> input, const Time& step)
+      : port_(std::move(port)), input_(std::move(input)), step_(step) {}
+  std::optional<Received> pop() override { return input_->pop(step_); }
   void reject(const Received& message, std::string_view why) override {
     ++input_->counters.rejected;
     if (!throttle_.pass()) return;
@@ -48,6 +48,7 @@ class ZmqIn final : public InChannel {
  private:
   std::string port_;
   std::shared_ptr<Input> input_;
+  const Time& step_;
   Throttle throttle_{1s};
 };
 
@@ -173,6 +174,7 @@ struct ZmqBus::Impl {
   std::set<std::pair<std::uint64_t, std::string>> said;  ///< mismatches, once per start
   std::vector<v1::Publication> published;
   Time tick{};
+  Time step{};                     ///< time of the present step; 0: there are none
   std::vector<int> served_fds;     ///< file descriptors of the sockets that are always served
   std::vector<pollfd> waiting_on;  ///< of the current wait
   bool info_changed = true;
@@ -242,8 +244,13 @@ void ZmqBus::Impl::serve_publisher() {
 
 void ZmqBus::Impl::discover() {
   for (const RegistryChange& change : registry.poll()) {
-    if (change.node.start_id() == info.start_id()) continue;
-    change.alive ? meet(change.node) : forget(change.node);
+    const v1::NodeInfo& node = change.node;
+    if (node.start_id() == info.start_id()) continue;
+    if (!change.alive || !known.contains(node.start_id())) {
+      log(Level::debug, fmt::format("node {} of host {} (process {}) is {}", node.name(),
+                                    node.host(), node.pid(), change.alive ? "there" : "gone"));
+    }
+    change.alive ? meet(node) : forget(node);
   }
 }
 
@@ -370,8 +377,8 @@ std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Messag
   const auto wired = impl_->options.in.find(port);
   if (wired == impl_->options.in.end()) {
     runtime::info("input {} ({}) is not wired: it will receive nothing", port, type.full_name());
-    return std::make_unique<ZmqIn>(std::string(port),
-                                   std::make_shared<Input>("", type_hash(type), options, ""));
+    return std::make_unique<ZmqIn>(
+        std::string(port), std::make_shared<Input>("", type_hash(type), options, ""), impl_->step);
   }
   const std::string obeyed = options.sole ? impl_->options.obeyed(port) : "";
   auto input = impl_->subscriber.add(wired->second, type_hash(type), options, obeyed);
@@ -386,7 +393,7 @@ std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Messag
   impl_->info_changed = true;
   impl_->inputs.emplace(port, input);
   for (const auto& [start_id, node] : impl_->known) impl_->meet(v1::NodeInfo(node));
-  return std::make_unique<ZmqIn>(std::string(port), std::move(input));
+  return std::make_unique<ZmqIn>(std::string(port), std::move(input), impl_->step);
 }
 
 std::unique_ptr<OutChannel> ZmqBus::advertise(std::string_view port, const Message& prototype,
@@ -515,19 +522,13 @@ std::vector<v1::NodeInfo> ZmqBus::known_nodes() const {
   return nodes;
 }
 
-std::vector<v1::InputHealth> ZmqBus::input_health(Time now) const {
+std::vector<v1::InputHealth> ZmqBus::report_inputs(Time now) {
   std::vector<v1::InputHealth> list;
-  for (const auto& [port, input] : impl_->inputs) {
-    v1::InputHealth& health = list.emplace_back();
-    health.set_topic(input->topic());
-    health.set_received(input->counters.received);
-    health.set_lost(input->counters.lost);
-    health.set_dropped(input->counters.dropped);
-    health.set_rejected(input->counters.rejected);
-    if (input->counters.received > 0) health.set_age_s(to_seconds(now - input->newest));
-  }
+  for (const auto& [port, input] : impl_->inputs) input->report(now, list.emplace_back());
   return list;
 }
+
+void ZmqBus::step_begins(Time now) { impl_->step = now; }
 
 void ZmqBus::connect_members() {
   const auto wired_here = [this](const v1::NodeInfo& node) {

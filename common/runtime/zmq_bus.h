@@ -82,6 +82,8 @@ class ZmqBus final : public Bus {
   /// so that they miss nothing: until then messages for reliable subscribers are held back.
   void ready();
 
+  /// A step begins at this graph time: messages that it takes are so much older than their stamps.
+  void step_begins(Time now);
   /// Serves discovery, services and late joiners until `deadline` or until one of `fds` is
   /// readable; true in the second case.
   bool wait(WallTime deadline, std::span<const int> fds = {});
@@ -107,7 +109,8 @@ class ZmqBus final : public Bus {
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
   const v1::NodeInfo& info() const;               ///< description of this node
   const GraphTime& time() const;                  ///< the graph's wall clock
-  std::vector<v1::InputHealth> input_health(Time now) const;
+  /// What the inputs took since the last report.
+  std::vector<v1::InputHealth> report_inputs(Time now);
   std::uint64_t sent() const;           ///< messages since the start
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers
   std::uint64_t backlog_bytes() const;  ///< size of their payloads

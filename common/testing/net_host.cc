@@ -20,17 +20,23 @@ std::string NetHost::missing() {
   return there ? "" : "no network namespaces here";
 }
 
-NetHost::NetHost(int number) : number_(number) {
+NetHost::NetHost(int number, bool own)
+    : number_(number),
+      keeper_(own ? std::make_unique<Process>("/usr/bin/unshare",
+                                              std::vector<std::string>{"-n", "sleep", "600"})
+                  : nullptr),
+      pid_(own ? keeper_->pid() : getpid()) {
   const auto end = TestNode::now() + 10s;
-  while (network_of(keeper_.pid()) == network_of(getpid()) && TestNode::now() < end) usleep(2000);
-  made_ = network_of(keeper_.pid()) != network_of(getpid()) &&
-          runs("ip link set lo up && ip addr add " + address() + "/32 dev lo");
+  const auto separate = [&] { return network_of(pid_) != network_of(getpid()); };
+  while (own && !separate() && TestNode::now() < end) usleep(2000);
+  made_ = separate() == own && runs("ip link set lo up && ip addr add " + address() +
+                                    "/32 dev lo && ip addr add " + address6() + "/128 dev lo");
 }
 
 std::string NetHost::wire(const NetHost& other) {
-  Process make("/usr/sbin/ip", {"link", "add", device(other), "netns",
-                                std::to_string(keeper_.pid()), "type", "veth", "peer", "name",
-                                other.device(*this), "netns", std::to_string(other.keeper_.pid())});
+  Process make("/usr/sbin/ip",
+               {"link", "add", device(other), "netns", std::to_string(pid_), "type", "veth", "peer",
+                "name", other.device(*this), "netns", std::to_string(other.pid_)});
   if (make.wait() != 0) return "no virtual network here: " + make.errors();
   return up(other) && other.up(*this) ? "" : "a wire cannot be set up";
 }
@@ -38,7 +44,7 @@ std::string NetHost::wire(const NetHost& other) {
 std::unique_ptr<Process> NetHost::start(const std::string& line) const {
   return std::make_unique<Process>(
       "/usr/bin/nsenter",
-      std::vector<std::string>{"-t", std::to_string(keeper_.pid()), "-n", "sh", "-c", line});
+      std::vector<std::string>{"-t", std::to_string(pid_), "-n", "sh", "-c", line});
 }
 
 bool NetHost::mute(const NetHost& other) const {
@@ -52,8 +58,12 @@ bool NetHost::cut(const NetHost& other) const {
   return runs("ip link set " + device(other) + " down");
 }
 bool NetHost::up(const NetHost& other) const {
+  // Of IPv6 a wire answers for its own addresses alone, and loses them with the link.
+  const std::string dev = " dev " + device(other);
   return runs("ip link set " + device(other) + " up && ip route replace " + other.address() +
-              "/32 dev " + device(other) + " src " + address());
+              "/32" + dev + " src " + address() + " && ip addr replace " + address6() + "/128" +
+              dev + " nodad && ip route replace " + other.address6() + "/128" + dev + " src " +
+              address6());
 }
 
 bool NetHost::runs(const std::string& line) const {

@@ -9,15 +9,17 @@
 namespace mimesis::testing {
 
 /// A host of a test: a network namespace that lives as long as this, with the address
-/// 10.97.0.NUMBER, and wires (veth) to others. Needs root.
+/// 10.97.0.NUMBER and fd97::NUMBER (1 to 9), and wires (veth) to others. Needs root.
 class NetHost {
  public:
   /// Empty, or why there are no network namespaces here.
   static std::string missing();
 
-  explicit NetHost(int number);
+  /// @param own  a namespace of its own, else that of this process
+  explicit NetHost(int number, bool own = true);
   bool made() const { return made_; }
   std::string address() const { return "10.97.0." + std::to_string(number_); }
+  std::string address6() const { return "fd97::" + std::to_string(number_); }
   /// Empty, or why there is no wire.
   std::string wire(const NetHost& other);
   /// Runs a line of shell there; the shell is replaced by what it starts with `exec`.
@@ -35,7 +37,8 @@ class NetHost {
   bool runs(const std::string& line) const;
 
   int number_;
-  Process keeper_{"/usr/bin/unshare", {"-n", "sleep", "600"}};
+  std::unique_ptr<Process> keeper_;  ///< of a namespace
+  pid_t pid_;                        ///< of a process in it
   bool made_ = false;
 };
 

@@ -3,6 +3,7 @@
 - Every README.md, docs/*.md and the files that they show are pages of the same paths.
 - A link to a folder leads to its README; a link to any other file of the tree becomes its text.
 - A paragraph that is nothing but a link to a source file shows the file.
+- A bar in code in a table is written `\\|` for GitHub, and shown as a bar.
 - A link or an anchor that leads nowhere is a warning, which `strict` makes an error.
 """
 import html.parser
@@ -28,9 +29,9 @@ def pages():
 
 def on_files(files, config):
     from mkdocs.structure.files import File, Files  # here, because the tests read pages() without mkdocs
-    images = [p.relative_to(ROOT).as_posix() for kind in ("png", "svg") for p in (ROOT / "docs").rglob(f"*.{kind}")]
+    shown = [p.relative_to(ROOT).as_posix() for kind in ("png", "svg", "css") for p in (ROOT / "docs").rglob(f"*.{kind}")]
     theme = [f for f in files if not f.abs_src_path.startswith(str(ROOT))]
-    return Files(theme + [File(p, str(ROOT), config.site_dir, config.use_directory_urls) for p in pages() + images])
+    return Files(theme + [File(p, str(ROOT), config.site_dir, config.use_directory_urls) for p in pages() + shown])
 
 
 def on_page_markdown(text, page, config, files):
@@ -61,6 +62,7 @@ def on_page_markdown(text, page, config, files):
     text = re.sub(r"(?m)^\[([^\]]+)\]\(([^)]+)\)\n(?=\n|\Z)", shows, text)
     parts = re.split(r"(?ms)(^ *```.*?^ *```$)", text)  # fenced blocks stay as they are
     for i in range(0, len(parts), 2):
+        parts[i] = re.sub(r"(?m)^\|.*", lambda row: re.sub("`[^`]*`", lambda code: code[0].replace("\\|", "|"), row[0]), parts[i])
         # GitHub needs no empty line before a list, nor between a block and a table.
         parts[i] = re.sub(r"(?m)^(?! *(?:[-*]|\d+\.) |  |$|\||#)(.*\n)(?=(?:- |1\. ))", r"\1\n", LINK.sub(leads, parts[i]))
     return "\n".join(parts)

@@ -1,4 +1,4 @@
-"""A Python process as a node of a graph on this host: registry entry, sockets, wire format (docs/architecture.md)."""
+"""A Python process as a node of a graph: registry entry, sockets, wire format (docs/architecture.md)."""
 import collections
 import dataclasses
 import fcntl
@@ -16,7 +16,7 @@ import typing
 import zmq
 from google.protobuf.message import DecodeError
 
-from . import types
+from . import hosts, types
 
 HEADER = struct.Struct("<QqQQQ")  # seq, stamp [ns], type hash, start id, tick [ns]
 FLOCK = struct.Struct("@hhqqi4x")  # struct flock of 64-bit Linux
@@ -112,9 +112,12 @@ class Publication:
 
 
 class Graph:
-    """Joins a graph as node `name`. Use it in `with`, or close() it; one thread only."""
+    """Joins a graph as node `name`. Use it in `with`, or close() it; one thread only.
 
-    def __init__(self, name=None, graph=None):
+    bind: "tcp://ADDRESS:PORT" for other hosts, data on PORT+1 and reliable data on PORT+2, PORT "*": any. A launcher of
+    several hosts gives it as MIMESIS_BIND."""
+
+    def __init__(self, name=None, graph=None, bind=None):
         self.name = name or f"python-{os.getpid()}"
         _check_name("node name", self.name)
         self.start_id = secrets.randbits(63) | 1
@@ -126,6 +129,7 @@ class Graph:
         self._take_name()
         self._clock, self._offset_ns = _wall_clock(self.directory)
         self._context = zmq.Context()
+        self._gate = hosts.Gate(self._context)
         self.outputs = [self._socket(zmq.XPUB) for _ in range(2)]  # data, reliable
         for out, high_water in zip(self.outputs, (32, 0)):
             out.setsockopt(zmq.XPUB_VERBOSER, 1)
@@ -137,10 +141,15 @@ class Graph:
             name=self.name, host=socket.gethostname(), pid=os.getpid(), start_id=self.start_id, ready=True,
             executable=sys.executable, clock="wall", started_ns=self.now_ns())
         stem = f"ipc://{self.directory}/{self.name}-{self.start_id % 100_000_000}"
-        for out, suffix, listed in zip(self.outputs, (".d", ".r"),
-                                       (self._info.data_endpoints, self._info.reliable_endpoints)):
+        bind = bind or os.environ.get("MIMESIS_BIND", "")
+        at, _, port = bind.rpartition(":")
+        for n, (out, suffix, listed) in enumerate(zip(self.outputs, (".d", ".r"), (self._info.data_endpoints,
+                                                                                 self._info.reliable_endpoints)), 1):
             out.bind(stem + suffix)
             listed.append(stem + suffix)
+            if bind:
+                listed.append(self._gate.bind(out, f"{at}:{port if port == '*' else int(port) + n}"))
+        self._info.public_key = self._gate.public_key.decode()
         self._announce()
 
     def __enter__(self):
@@ -153,7 +162,8 @@ class Graph:
         """Leaves the graph; a second call does nothing."""
         if self._context.closed:
             return
-        sockets = [e.removeprefix("ipc://") for e in (*self._info.data_endpoints, *self._info.reliable_endpoints)]
+        endpoints = (*self._info.data_endpoints, *self._info.reliable_endpoints)
+        sockets = [e.removeprefix("ipc://") for e in endpoints if e.startswith("ipc://")]
         for path in (self._entry, self._entry.with_name("." + self.name), *sockets):
             pathlib.Path(path).unlink(missing_ok=True)
         self._context.destroy(linger=1000)
@@ -219,7 +229,8 @@ class Graph:
         raise ServiceError(f"no node offers service {service} within {timeout_s} s")
 
     def serve(self):
-        """Repeats latched messages to new subscribers; send() and subscribe() call it."""
+        """Lets other hosts in, and repeats latched messages to new subscribers; send() and subscribe() call it."""
+        self._gate.serve()
         for out in self.outputs:
             while out.poll(0):
                 subscription = out.recv()
@@ -325,7 +336,8 @@ class Graph:
         if endpoints and endpoints[0] not in self._connected:
             self._connected.add(endpoints[0])
             try:
-                self._inputs[policy].connect(endpoints[0])
+                if not self._gate.connect(self._inputs[policy], endpoints[0], node.public_key):
+                    self._connected.discard(endpoints[0])  # it may be trusted later
             except zmq.ZMQError as error:
                 self._complain(endpoints[0], f"node {node.name}: endpoint '{endpoints[0]}': {error}")
         if not any(i.topic == output.topic for i in self._info.inputs):
@@ -406,7 +418,8 @@ class Graph:
             raise ServiceError(f"{offered.service} takes {offered.request_type}, not {request.DESCRIPTOR.full_name}")
         client = self._socket(zmq.DEALER)
         try:
-            client.connect(node.service_endpoints[0])
+            if not self._gate.connect(client, node.service_endpoints[0], node.public_key):
+                raise ServiceError(f"service {offered.service}: node {node.name} is on a host that is not trusted")
             client.send_multipart([secrets.token_bytes(8), offered.service.encode(), request.SerializeToString()])
             if not client.poll(round(timeout_s * 1000)):
                 raise ServiceError(f"service {offered.service}: no answer from node {node.name} within {timeout_s} s")

@@ -118,6 +118,26 @@ class Live(unittest.TestCase):
             with self.assertRaises(mimesis.MessageTypeError):
                 out.send(mimesis.message_type("mimesis.v1.Publication")())
 
+    def test_is_heard_by_tcp(self):
+        for address in ("127.0.0.1", "[::1]"):
+            with mimesis.Graph("far", graph="there", bind=f"tcp://{address}:*") as far, mimesis.Graph("near", graph="here") as near:
+                word = far.publish("far/word", "mimesis.v1.Publication", latched=True)
+                word.send(word.message(start_id=3))
+                info = mimesis.message_type("mimesis.v1.NodeInfo")()
+                info.CopyFrom(far._info)  # as the launcher of several hosts shows it on another one
+                for endpoints in (info.data_endpoints, info.reliable_endpoints):
+                    self.assertRegex(endpoints[1], r"^tcp://.*:\d+$")
+                    del endpoints[0]
+                near._nodes = {"far": info}
+                near._discover = lambda: near._meet(info, info.outputs[0], "reliable")
+                near.subscribe("far/word", policy="reliable")
+                for _ in range(100):
+                    far.serve()
+                    received = next(near._messages(("far/word",), 0.05), None)
+                    if received:
+                        break
+                self.assertEqual((received.message.start_id, received.source), (3, "far"))
+
     def test_a_name_is_taken_once_and_free_again(self):
         with mimesis.Graph("single"):
             with self.assertRaisesRegex(ValueError, "a node 'single' runs already"):

@@ -230,7 +230,6 @@ void add_doctor(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("doctor");
   auto o = std::make_shared<GraphOptions>();
   verb->add_flag("--json", o->json, "Machine-readable output (tools/mimesis/README.md)");
-  verb->add_option("--timeout", o->timeout_s, "Accepted by every verb; this one waits for nothing");
   verb->footer(
       "Exit code 1 if a graph cannot run; warnings do not count.\n"
       "Examples:\n  mimesis doctor\n  mimesis doctor --json");

@@ -25,9 +25,9 @@ void add_graph_options(CLI::App& verb, GraphOptions& options, const std::string&
   verb.add_option("--graph", options.graph,
                   "Name of the graph (default: MIMESIS_GRAPH, or the only one that runs)");
   verb.add_flag("--json", options.json, "Machine-readable output (tools/mimesis/README.md)");
+  if (wait.empty()) return;
   verb.add_option("--timeout", options.timeout_s,
-                  wait.empty() ? "Accepted by every verb; this one waits for nothing"
-                               : "Longest wait for " + wait + " [s]; then exit code 3")
+                  "Longest wait for " + wait + " [s]; then exit code 3")
       ->check(number_above_zero)
       ->capture_default_str();
 }

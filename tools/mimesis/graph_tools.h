@@ -28,8 +28,7 @@ struct GraphOptions {
   bool json = false;
   double timeout_s = 2.0;
 };
-/// --graph, --json and --timeout. `wait`: what the time-out is for; empty: the verb waits for
-/// nothing.
+/// --graph and --json; with `wait`, what it is for, --timeout as well.
 void add_graph_options(CLI::App& verb, GraphOptions& options, const std::string& wait = {});
 /// The graph that is meant: --graph, MIMESIS_GRAPH, or the only one that runs; for standard error
 /// if that is neither of the first.

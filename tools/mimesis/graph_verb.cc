@@ -48,7 +48,6 @@ void add_graph(CLI::App& program, int& exit_code) {
   CLI::App* list = graph->add_subcommand("list", "Graphs of this user that run on this host");
   auto o = std::make_shared<GraphOptions>();
   list->add_flag("--json", o->json, "Machine-readable output (tools/mimesis/README.md)");
-  list->add_option("--timeout", o->timeout_s, "Accepted by every verb; this one waits for nothing");
   list->footer("Examples:\n  mimesis graph list\n  mimesis graph list --json");
   list->callback([=, &exit_code] { exit_code = list_graphs(o->json); });
 }

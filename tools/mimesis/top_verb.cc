@@ -6,7 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <iterator>
 #include <map>
@@ -17,6 +19,7 @@
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
 #include "proto/foxglove/log.pb.h"
+#include "proto/params.pb.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/number_check.h"
@@ -61,7 +64,8 @@ struct Watched {
   std::optional<Load> load;
   Clock::time_point loaded{};
   double cpu_percent = 0.0;
-  std::string warning;  ///< its last one
+  std::string warning;            ///< its last one
+  std::deque<std::string> lines;  ///< the newest of its log
 
   void look(Clock::time_point now) {
     const auto next = load_of(info.pid());
@@ -72,11 +76,14 @@ struct Watched {
   }
   /// Messages a second of its own clock; nothing before its second health: one says no rate.
   std::optional<double> rate_hz() const {
-    if (!health || !before) return std::nullopt;
-    const double seconds =
-        1e-9 * static_cast<double>(health->header().stamp_ns() - before->header().stamp_ns());
-    if (seconds <= 0.0) return std::nullopt;
-    return static_cast<double>(health->sent() - before->sent()) / seconds;
+    return rate_hz([](const v1::Health& h) { return h.sent(); });
+  }
+  /// The same of the messages of an input.
+  std::optional<double> rate_hz(const std::string& topic) const {
+    return rate_hz([&](const v1::Health& h) {
+      const auto in = std::ranges::find(h.inputs(), topic, &v1::InputHealth::topic);
+      return in != h.inputs().end() ? in->received() : 0;
+    });
   }
   /// Messages that should have been taken: an input that keeps the latest overwrites by design.
   std::uint64_t dropped() const {
@@ -91,15 +98,16 @@ struct Watched {
     }
     return sum;
   }
-  /// Age of its oldest input [s]; negative: none has come.
-  double age_s() const {
-    double age = -1.0;
+  /// Largest of its inputs [s]; negative: none has received anything.
+  template <class Field>
+  double worst_s(Field field) const {
+    double worst = -1.0;
     if (health) {
       for (const v1::InputHealth& in : health->inputs()) {
-        if (in.received() > 0) age = std::max(age, in.age_s());
+        if (in.received() > 0) worst = std::max(worst, std::invoke(field, in));
       }
     }
-    return age;
+    return worst;
   }
   std::string state() const {
     if (!info.ready()) return "starting";
@@ -108,7 +116,30 @@ struct Watched {
     const bool late = before && health->overruns() > before->overruns();
     return stale ? "stale input" : late ? "late" : "ok";
   }
+
+ private:
+  template <class Count>
+  std::optional<double> rate_hz(Count count) const {
+    if (!health || !before) return std::nullopt;
+    const double seconds =
+        1e-9 * static_cast<double>(health->header().stamp_ns() - before->header().stamp_ns());
+    if (seconds <= 0.0) return std::nullopt;
+    return static_cast<double>(count(*health) - count(*before)) / seconds;
+  }
 };
+
+using Json = nlohmann::ordered_json;
+template <class T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+Json seconds_or_null(double seconds) { return seconds >= 0.0 ? Json(seconds) : Json(nullptr); }
+std::string ms(double seconds) {
+  return seconds >= 0.0 ? fmt::format("{:.2f} ms", 1e3 * seconds) : "-";
+}
+std::string count(const std::optional<double>& value) {
+  return value ? fmt::format("{:.0f}", *value) : "-";
+}
 
 class Top {
  public:
@@ -171,9 +202,12 @@ class Top {
       node->second.before = std::move(node->second.health);
       node->second.health = std::move(health);
     } else if (tapped.type == line.GetDescriptor()->full_name() &&
-               line.ParseFromString(tapped.message.payload) &&
-               line.level() >= foxglove::Log::WARNING) {
-      node->second.warning = line.message();
+               line.ParseFromString(tapped.message.payload)) {
+      if (line.level() >= foxglove::Log::WARNING) node->second.warning = line.message();
+      std::deque<std::string>& lines = node->second.lines;
+      lines.push_back(fmt::format("{}: {}", foxglove::Log::Level_Name(line.level()),
+                                  line.message().substr(0, line.message().find('\n'))));
+      if (lines.size() > kLines) lines.pop_front();
     }
   }
 
@@ -196,30 +230,53 @@ class Top {
       const bool done =
           load_of(chosen->second.info.pid()) && kill(pid, key == 's' ? SIGTERM : SIGKILL) == 0;
       note_ = fmt::format("{} {}", chosen->first, done ? "was told" : "is not on this host");
+    } else if (key == 'l') {
+      raise_log_level(chosen->second.info);
     } else {
       note_.clear();
     }
     return true;
   }
 
+  /// More lines of a node with each call; behind the most, those of its start again.
+  void raise_log_level(const v1::NodeInfo& node) {
+    constexpr std::chrono::milliseconds kPatience{500};
+    v1::ParamRequest request;
+    v1::ParamSet answer;
+    const auto ask = [&] {
+      const auto bytes =
+          call_service({node}, node.name() + "/params", request.SerializeAsString(), kPatience);
+      const bool known = bytes && answer.ParseFromString(*bytes);
+      if (!known) note_ = bytes ? "an answer that is none" : bytes.error().reason;
+      return known;
+    };
+    if (!ask()) return;
+    request.set_log_level(answer.log_level() == "error"   ? "warn"
+                          : answer.log_level() == "warn"  ? "info"
+                          : answer.log_level() == "debug" ? "info"
+                                                          : "debug");
+    if (ask()) note_ = fmt::format("{} logs from {} on", node.name(), answer.log_level());
+  }
+
   void draw() const {
     std::ostringstream text;
     Table table({"", "NODE", "STATE", "CPU", "MEMORY", "MSG/S", "STEP MEAN", "WORST", "LATE",
-                 "DROPPED", "INPUT AGE", "BACKLOG"});
+                 "LATENCY P50", "P99", "QUEUE AGE", "INPUT AGE", "DROPPED", "BACKLOG"});
     std::size_t row = 0;
     std::string warnings;
     for (const auto& [name, node] : nodes_) {
-      const auto ms = [](double seconds) { return fmt::format("{:.2f} ms", 1e3 * seconds); };
       const v1::Health health = node.health.value_or(v1::Health());
       const bool known = node.health.has_value();
       table.row({terminal_ && row++ == selected_ ? ">" : " ", name, node.state(),
                  node.load ? fmt::format("{:.0f} %", node.cpu_percent) : "-",
-                 node.load ? bytes_text(node.load->memory_bytes) : "-",
-                 node.rate_hz() ? fmt::format("{:.0f}", *node.rate_hz()) : "-",
+                 node.load ? bytes_text(node.load->memory_bytes) : "-", count(node.rate_hz()),
                  known ? ms(health.mean_step_s()) : "-", known ? ms(health.worst_step_s()) : "-",
                  known ? std::to_string(health.overruns()) : "-",
+                 ms(node.worst_s(&v1::InputHealth::latency_p50_s)),
+                 ms(node.worst_s(&v1::InputHealth::latency_p99_s)),
+                 ms(node.worst_s(&v1::InputHealth::queue_age_s)),
+                 ms(node.worst_s(&v1::InputHealth::age_s)),
                  known ? std::to_string(node.dropped()) : "-",
-                 node.age_s() >= 0.0 ? ms(node.age_s()) : "-",
                  known ? std::to_string(health.backlog()) : "-"});
       if (!node.warning.empty()) warnings += fmt::format("{}: {}\n", name, node.warning);
     }
@@ -227,36 +284,67 @@ class Top {
     text << fmt::format("graph {}: {} nodes\n\n", options_.graph, nodes_.size());
     table.print(text, use_colour(STDOUT_FILENO));
     if (!warnings.empty()) text << "\nlast warnings\n" << printable(warnings, "\n");
-    if (terminal_)
-      text << "\nup, down: choose   s: stop   r: restart   q: quit   " << note_ << '\n';
+    if (terminal_) {
+      draw_selected(text);
+      text << "\nup, down: choose   l: log level   s: stop   r: restart   q: quit   " << note_
+           << '\n';
+    }
     std::cout << text.str() << std::flush;
+  }
+  void draw_selected(std::ostream& text) const {
+    if (nodes_.empty()) return;
+    const auto& [name, node] = *std::next(nodes_.begin(), static_cast<std::ptrdiff_t>(selected_));
+    Table table({"INPUTS OF " + name, "MSG/S", "LATENCY P50", "P99", "QUEUED", "QUEUE AGE", "AGE",
+                 "LOST", "DROPPED", "REJECTED"});
+    const v1::Health health = node.health.value_or(v1::Health());
+    for (const v1::InputHealth& in : health.inputs()) {
+      const double any = in.received() > 0 ? 1.0 : -1.0;
+      table.row({in.topic(), count(node.rate_hz(in.topic())), ms(any * in.latency_p50_s()),
+                 ms(any * in.latency_p99_s()), std::to_string(in.queued()),
+                 ms(any * in.queue_age_s()), ms(any * in.age_s()), std::to_string(in.lost()),
+                 std::to_string(in.dropped()), std::to_string(in.rejected())});
+    }
+    text << '\n';
+    if (!health.inputs().empty()) table.print(text, use_colour(STDOUT_FILENO));
+    for (const std::string& line : node.lines) text << printable(line) << '\n';
   }
 
   void print_json_line() const {
-    auto list = nlohmann::ordered_json::array();
+    auto list = Json::array();
     for (const auto& [name, node] : nodes_) {
       const v1::Health health = node.health.value_or(v1::Health());
-      nlohmann::ordered_json entry{
-          {"node", name}, {"pid", node.info.pid()}, {"state", node.state()}};
-      entry["cpu_percent"] = node.load ? nlohmann::ordered_json(node.cpu_percent) : nullptr;
-      entry["memory_bytes"] = node.load ? nlohmann::ordered_json(node.load->memory_bytes) : nullptr;
+      Json entry{{"node", name}, {"pid", node.info.pid()}, {"state", node.state()}};
+      entry["cpu_percent"] = node.load ? Json(node.cpu_percent) : nullptr;
+      entry["memory_bytes"] = node.load ? Json(node.load->memory_bytes) : nullptr;
       if (node.health) {
-        const auto rate_hz = node.rate_hz();
-        entry["messages_s"] = rate_hz ? nlohmann::ordered_json(*rate_hz) : nullptr;
+        entry["messages_s"] = or_null(node.rate_hz());
         entry.update({{"mean_step_s", health.mean_step_s()},
                       {"worst_step_s", health.worst_step_s()},
                       {"overruns", health.overruns()},
                       {"dropped", node.dropped()},
-                      {"backlog", health.backlog()}});
-        entry["input_age_s"] = node.age_s() >= 0.0 ? nlohmann::ordered_json(node.age_s()) : nullptr;
+                      {"backlog", health.backlog()},
+                      {"input_age_s", seconds_or_null(node.worst_s(&v1::InputHealth::age_s))}});
+        Json& inputs = entry["inputs"] = Json::array();
+        for (const v1::InputHealth& in : health.inputs()) {
+          inputs.push_back({{"topic", in.topic()},
+                            {"messages_s", or_null(node.rate_hz(in.topic()))},
+                            {"latency_p50_s", in.latency_p50_s()},
+                            {"latency_p99_s", in.latency_p99_s()},
+                            {"queued", in.queued()},
+                            {"queue_age_s", in.queue_age_s()},
+                            {"age_s", in.age_s()},
+                            {"lost", in.lost()},
+                            {"dropped", in.dropped()},
+                            {"rejected", in.rejected()}});
+        }
       }
       entry["warning"] = node.warning;
       list.push_back(std::move(entry));
     }
-    std::cout << nlohmann::ordered_json{{"graph", options_.graph}, {"nodes", list}}.dump()
-              << std::endl;
+    std::cout << Json{{"graph", options_.graph}, {"nodes", list}}.dump() << std::endl;
   }
 
+  static constexpr std::size_t kLines = 5;
   const Options& options_;
   runtime::GraphView view_;
   runtime::Tap tap_;
@@ -275,10 +363,17 @@ void add_top(CLI::App& program, int& exit_code) {
   verb->add_option("-n", o->count, "Number of refreshes, then end")->check(number_above_zero);
   add_graph_options(*verb, *o);
   verb->footer(
-      "LATE: steps that ended after the next was due; DROPPED: lost or refused "
-      "inputs; "
-      "figures\nof the node's last NODE/health. A key that stops or restarts a node asks once "
-      "more.\n"
+      "LATE: steps that ended after the next was due. LATENCY: age of messages at the step that "
+      "took "
+      "them, of the worst\ninput. QUEUE AGE: of the oldest message that waits. INPUT AGE: of the "
+      "newest of the input that is silent for\nlongest. DROPPED: lost or refused inputs. All of "
+      "the "
+      "node's last NODE/health.\n"
+      "Keys: up and down (or k, j) choose a node, whose inputs and last log lines are shown; l "
+      "makes "
+      "it log more (info,\ndebug, info; after warn or error first the next), s stops it, r kills "
+      "it so "
+      "that its launcher starts it again\n(restart: on-failure); both ask once more; q quits.\n"
       "Examples:\n  mimesis top\n  mimesis top -n 1 --json");
   verb->callback([=, &exit_code] {
     o->graph = chosen_graph(*o);

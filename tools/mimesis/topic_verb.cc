@@ -354,7 +354,6 @@ void add_topic(CLI::App& program, int& exit_code) {
 
   CLI::App* list =
       topic->add_subcommand("list", "Topics with their types, publishers and subscribers");
-  list->add_option("--timeout", o->timeout_s, "Accepted by every verb; this one waits for nothing");
   add_common(list);
   list->footer("Examples:\n  mimesis topic list\n  mimesis topic list --json --graph demo");
   on(list, list_topics);
@@ -405,7 +404,6 @@ void add_topic(CLI::App& program, int& exit_code) {
 
   CLI::App* info = topic->add_subcommand("info", "Publishers, subscribers and type of a topic");
   info->add_option("topic", o->topic, "Name of the topic")->required();
-  info->add_option("--timeout", o->timeout_s, "Accepted by every verb; this one waits for nothing");
   add_common(info);
   info->footer(
       "Examples:\n  mimesis topic info camera/image\n  mimesis topic info bridge/arm --json");

@@ -47,6 +47,16 @@ std::string unknown(const std::string& word, bool option, const std::vector<std:
          word + "'" + runtime::did_you_mean(word, known);
 }
 
+/// Scripts give --timeout to any verb, whether or not it waits.
+void accept_timeout(CLI::App& verb) {
+  for (CLI::App* sub : verb.get_subcommands([](const CLI::App*) { return true; }))
+    accept_timeout(*sub);
+  if (verb.get_require_subcommand_min() > 0 || verb.get_option_no_throw("--timeout") != nullptr)
+    return;
+  verb.add_option_function<double>(
+      "--timeout", [](double) {}, "Accepted by every verb; this one waits for nothing");
+}
+
 }  // namespace
 
 int report_usage(const CLI::App& program, const CLI::ParseError& error) {
@@ -135,6 +145,7 @@ int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::Ap
   program.require_subcommand(1);
   int exit_code = 0;
   add(program, exit_code);
+  accept_timeout(program);
   for (const KnownVerb& known : kKnownVerbs) {
     if (known.name == verb) program.get_subcommand(verb)->description(std::string(known.about));
   }

@@ -75,6 +75,22 @@ struct FarReceiver {
   std::unique_ptr<InChannel> command;
 };
 
+TEST(FarNodes, AreSeenByTcpAloneAtTheAddressOfTheirHost) {
+  v1::NodeInfo node;
+  for (const char* endpoint : {"ipc:///run/x.d", "tcp://[::]:7001"})
+    node.add_data_endpoints(endpoint);
+  node.add_service_endpoints("tcp://0.0.0.0:7000");
+  node.add_reliable_endpoints("tcp://10.0.0.9:7002");
+  const v1::NodeInfo seen = seen_from_afar(node, "fd00::2");
+  ASSERT_EQ(seen.data_endpoints_size(), 1);
+  EXPECT_EQ(seen.data_endpoints(0), "tcp://[fd00::2]:7001");
+  EXPECT_EQ(seen.service_endpoints(0), "tcp://[fd00::2]:7000");
+  EXPECT_EQ(seen.reliable_endpoints(0), "tcp://10.0.0.9:7002");
+  EXPECT_TRUE(leaves_host(seen.data_endpoints(0)));
+  EXPECT_FALSE(leaves_host("tcp://[::1]:7001"));
+  EXPECT_FALSE(leaves_host("tcp://127.3.2.1:7001"));
+}
+
 TEST(FarNodes, MeetOverTcpAreObeyedAndMeetAgainAfterARestart) {
   TestGraph here, there;  // two directories: they can meet over tcp only
   auto sender = std::make_unique<FarSender>(there, "tcp://127.0.0.1:*");

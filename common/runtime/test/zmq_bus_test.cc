@@ -187,7 +187,7 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
     while (in_well.pop()) ++received;
     while (in_stuck.pop()) ++taken;
     for (; const auto tapped = recorder.next(0ms); ++recorded) newest = tapped->message.seq;
-    lost = stuck.bus().input_health(Time(0)).at(0).lost();
+    lost = stuck.bus().report_inputs(Time(0)).at(0).lost();
     if ((lost == 0 || newest == recorded) && taken > 10) out.send(numbered_small, Time(++sent));
     return lost > 0 && taken + lost == sent && newest == sent && newest > recorded &&
            sender.bus().overflow() == lost + newest - recorded;
@@ -214,7 +214,7 @@ TEST(ZmqBus, ANodeThatIsAskedToStopDoesNotWaitLongForAMessage) {
   waiting.bus().deliver(1s, visible, stop);
   close(stop);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 3s) << "then the launcher kills it";
-  EXPECT_EQ(waiting.bus().input_health(Time(0)).at(0).lost(), 1U);
+  EXPECT_EQ(waiting.bus().report_inputs(Time(0)).at(0).lost(), 1U);
 }
 
 TEST(ZmqBus, GapsAreCounted) {

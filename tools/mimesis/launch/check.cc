@@ -16,9 +16,11 @@
 #include <sstream>
 
 #include "common/runtime/own_topics.h"
+#include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/launch/ssh_masters.h"
 
 namespace mimesis::launch {
 namespace {
@@ -90,23 +92,43 @@ Description read_description(const Json& json, const NodeSpec& node, const std::
   return d;
 }
 
-/// Asks the nodes, as many at a time as this machine has CPUs and one more; those of other hosts,
-/// through ssh, only in a whole check.
+/// Asks the nodes, as many of a host at a time as this machine has CPUs and one more; those of
+/// other hosts, through ssh, only in a whole check.
 class Questions {
  public:
   Questions(const GraphFile& graph, const Run& run, bool whole, Mistakes& mistakes)
       : graph_(graph), mistakes_(mistakes) {
-    const auto most = static_cast<std::size_t>(sysconf(_SC_NPROCESSORS_ONLN)) + 1;
-    for (const NodeSpec& node : graph.nodes) {
-      if (!(whole ? node.takes_node_options() : notifies(node))) continue;
-      const Host* host = graph.far(node);
-      if (host != nullptr && !whole) continue;  // its node finds its mistakes itself
-      Command c = command_from_here(graph, node, run);
-      if (find_executable(c.argv[0]).empty()) continue;
-      c.argv.push_back("--describe");
-      if (whole) c.argv.push_back("--check");
-      if (asked_.size() >= most) hear();
-      asked_.emplace_back(node, c);
+    const auto is_asked = [&](const NodeSpec& node) {
+      if (!whole) return graph.far(node) == nullptr && notifies(node);
+      return node.takes_node_options();
+    };
+    std::vector<const Host*> hosts;  // that are asked more than once
+    for (const Host& host : graph.hosts) {
+      const auto of_host = [&](const NodeSpec& n) { return graph.far(n) == &host && is_asked(n); };
+      if (std::ranges::count_if(graph.nodes, of_host) > 1) hosts.push_back(&host);
+    }
+    SshMasters masters(hosts, fs::path(runtime::graph_directory(run.graph)).parent_path());
+    const auto most = sysconf(_SC_NPROCESSORS_ONLN) + 1;
+    const auto asks = [this](const Host* host) {
+      return std::ranges::count(asked_, host, [&](const Asked& a) { return graph_.far(a.node); });
+    };
+    // Connections to other hosts are made while the nodes of this one are asked.
+    for (const bool far : {false, true}) {
+      for (const NodeSpec& node : graph.nodes) {
+        const Host* host = graph.far(node);
+        if ((host != nullptr) != far || !is_asked(node)) continue;
+        Command c = command_from_here(graph, node, run,
+                                      far ? masters.options(*host) : std::vector<std::string>());
+        if (const std::string why = far ? masters.failure(*host) : ""; !why.empty()) {
+          mistakes.add(host->name.place, why);
+          continue;
+        }
+        if (find_executable(c.argv[0]).empty()) continue;
+        c.argv.push_back("--describe");
+        if (whole) c.argv.push_back("--check");
+        while (asks(host) >= most) hear();
+        asked_.emplace_back(node, c);
+      }
     }
     while (!asked_.empty()) hear();
   }

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/runtime/keys.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
@@ -49,6 +50,12 @@ std::string escaped(const std::string& name) {
   return text;
 }
 
+/// Not a name. Names hold no ':'.
+bool is_number(const std::string& address) {
+  in_addr ip{};
+  return address.find(':') != std::string::npos || inet_pton(AF_INET, address.c_str(), &ip) == 1;
+}
+
 /// systemd is the second line: it ends a node that the launcher should have ended long ago.
 constexpr int kSecondLine = 5;
 
@@ -70,9 +77,10 @@ std::string find_executable(const std::string& exec) {
 std::string bind_address(const GraphFile& graph, const NodeSpec& node) {
   if (!graph.several_hosts()) return {};
   const Host* host = graph.host_of(node);
-  in_addr any{};
-  // A name is resolved by those who connect.
-  const bool number = host != nullptr && inet_pton(AF_INET, host->address.c_str(), &any) == 1;
+  // A name is resolved by those who connect; a host that is not declared is where ssh came from.
+  std::string address = host != nullptr && is_number(host->address) ? host->address : "0.0.0.0";
+  const auto by_ipv6 = [](const Host& h) { return h.address.find(':') != std::string::npos; };
+  if (host == nullptr && std::ranges::any_of(graph.hosts, by_ipv6)) address = "::";
   std::string port = "*";
   if (host != nullptr && host->first_port != 0) {
     int before = 0;
@@ -83,7 +91,7 @@ std::string bind_address(const GraphFile& graph, const NodeSpec& node) {
     }
     port = std::to_string(host->first_port + 3 * before);
   }
-  return "tcp://" + (number ? host->address : "0.0.0.0") + ":" + port;
+  return runtime::tcp_at(address) + ":" + port;
 }
 
 Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
@@ -95,7 +103,9 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   c.env = node.env;
   c.env.emplace_back("MIMESIS_GRAPH", run.graph);
   c.env.emplace_back("MIMESIS_RUN_LOG", run.log);
+  const std::string bind = bind_address(graph, node);
   if (!node.takes_node_options()) {
+    if (!bind.empty()) c.env.emplace_back("MIMESIS_BIND", bind);
     c.env.emplace_back("MIMESIS_LAUNCH", launch_json(graph, run));
     return c;
   }
@@ -123,7 +133,7 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
       add("--from", wire.port + "=" + from);
   }
   for (const Wire& wire : node.out) add("--out", wire.port + "=" + wire.topic.text);
-  if (const std::string bind = bind_address(graph, node); !bind.empty()) add("--bind", bind);
+  if (!bind.empty()) add("--bind", bind);
   return c;
 }
 
@@ -182,7 +192,8 @@ Command ssh(const Host& host, const std::string& line, const std::vector<std::st
   return c;
 }
 
-Command command_from_here(const GraphFile& graph, const NodeSpec& node, const Run& run) {
+Command command_from_here(const GraphFile& graph, const NodeSpec& node, const Run& run,
+                          const std::vector<std::string>& ssh_options) {
   Command c = command(graph, node, run);
   const Host* host = graph.far(node);
   if (host == nullptr) return c;
@@ -190,7 +201,7 @@ Command command_from_here(const GraphFile& graph, const NodeSpec& node, const Ru
   for (const auto& [name, value] : c.env) line += " " + name + "=" + tool::shell_word(value);
   if (c.argv[0].find('/') == std::string::npos) c.argv[0] = host->prefix + "/bin/" + c.argv[0];
   for (const std::string& word : c.argv) line += " " + tool::shell_word(word);
-  return ssh(*host, line);
+  return ssh(*host, line, ssh_options);
 }
 
 GraphFile with_clock(GraphFile graph) {

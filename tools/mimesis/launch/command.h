@@ -12,8 +12,9 @@ struct Run {
   std::string graph;  ///< name of the graph
   std::string log;    ///< folder for the run's logs
   std::vector<std::pair<std::string, std::string>>
-      sets;              ///< --set NODE.KEY=VALUE as (node, KEY=VALUE)
-  bool verbose = false;  ///< all that nodes print is shown
+      sets;                ///< --set NODE.KEY=VALUE as (node, KEY=VALUE)
+  bool verbose = false;    ///< all that nodes print is shown
+  double timeout_s = 0.0;  ///< of wall time, then the run is stopped; 0: never
 };
 
 /// A program to start.
@@ -59,8 +60,9 @@ std::vector<std::string> publishers(const GraphFile& graph, const std::string& t
 /// the graph's directory tells; empty if all nodes are on one host.
 std::string bind_address(const GraphFile& graph, const NodeSpec& node);
 
-/// The same for a person or the check: on another host through ssh.
-Command command_from_here(const GraphFile& graph, const NodeSpec& node, const Run& run);
+/// The same for a person or the check: on another host through ssh, with these options.
+Command command_from_here(const GraphFile& graph, const NodeSpec& node, const Run& run,
+                          const std::vector<std::string>& ssh_options = {});
 
 /// ssh without questions, running `line` on a host. `more`: options of ssh
 Command ssh(const Host& host, const std::string& line, const std::vector<std::string>& more = {});

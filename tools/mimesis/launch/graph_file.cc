@@ -3,12 +3,12 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <ifaddrs.h>
+#include <netdb.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <climits>
-#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <map>
@@ -183,6 +183,17 @@ void read_args(Section& top, runtime::Variables& variables, GraphFile& graph,
   });
 }
 
+/// A name or address without the brackets that one of IPv6 may have; empty if it is neither.
+std::string plain_address(std::string text) {
+  if (text.starts_with('[') && text.ends_with(']')) text = text.substr(1, text.size() - 2);
+  if (text.find_first_of(" /@[]%") != std::string::npos) return {};
+  if (text.find(':') == std::string::npos) return text;
+  in6_addr ip{};
+  std::array<char, INET6_ADDRSTRLEN> plain{};
+  if (inet_pton(AF_INET6, text.c_str(), &ip) != 1) return {};
+  return inet_ntop(AF_INET6, &ip, plain.data(), plain.size());
+}
+
 /// Its name, localhost or one of its own addresses.
 bool is_this_machine(const std::string& address) {
   std::array<char, HOST_NAME_MAX + 1> own{};
@@ -192,11 +203,11 @@ bool is_this_machine(const std::string& address) {
   if (getifaddrs(&all) != 0) return false;
   bool found = false;
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    std::array<char, INET_ADDRSTRLEN> text{};
-    sockaddr_in ip{};
-    std::memcpy(&ip, one->ifa_addr, sizeof ip);
-    inet_ntop(AF_INET, &ip.sin_addr, text.data(), text.size());
+    const int family = one->ifa_addr != nullptr ? one->ifa_addr->sa_family : AF_UNSPEC;
+    const socklen_t size = family == AF_INET6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in);
+    std::array<char, NI_MAXHOST> text{};
+    if (family != AF_INET && family != AF_INET6) continue;
+    getnameinfo(one->ifa_addr, size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST);
     found = found || address == text.data();
   }
   freeifaddrs(all);
@@ -208,9 +219,16 @@ void read_hosts(Section& top, GraphFile& graph) {
     Section s(map, top.variables(), top.mistakes());
     Host host;
     host.name = name;
+    host.enabled = s.flag("if").value_or(true);
     if (const auto address = s.text("address")) {
-      host.address = address->text;
+      host.address = plain_address(address->text);
       host.here = is_this_machine(host.address);
+      if (host.address.empty() && host.enabled) {
+        s.mistakes().add(address->place,
+                         fmt::format("host '{}': address: expected a name or an address such as "
+                                     "10.0.0.2 or fd00::2, without a port, found '{}'",
+                                     name.text, address->text));
+      }
     } else if (!s.has("address")) {
       top.mistakes().add(name.place, fmt::format("host '{}' has no address", name.text));
     }
@@ -218,7 +236,6 @@ void read_hosts(Section& top, GraphFile& graph) {
                                std::pair("prefix", &host.prefix)}) {
       if (const auto text = s.text(key)) *value = text->text;
     }
-    host.enabled = s.flag("if").value_or(true);
     host.engine = s.choice("engine", {"process", "systemd"}).value_or(host.engine);
     host.first_port = s.whole("first_port", 1, 65000).value_or(0);
     host.lost_after = s.duration("lost_after").value_or(host.lost_after);

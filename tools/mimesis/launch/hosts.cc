@@ -137,7 +137,7 @@ std::string Hosts::failure() {
     if (!host->failure().empty()) return host->failure();
     const v1::HostReport* hello = host->hello();
     if (hello == nullptr || trust_checked_) return {};
-    if (!runtime::leaves_host("tcp://" + host->address())) continue;
+    if (!runtime::leaves_host(runtime::tcp_at(host->address()))) continue;
     all.push_back({"host " + host->name(),
                    hello->public_key(),
                    {hello->trusted().begin(), hello->trusted().end()}});

@@ -24,6 +24,7 @@
 #include "tools/mimesis/launch/result.h"
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/log_folder.h"
+#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::launch {
@@ -40,6 +41,7 @@ struct Options {
   bool help = false, schema = false;
   bool keep_running = false;  ///< the result does not end the run
   bool verbose = false;
+  double timeout_s = 0.0;                     ///< of the run; 0: none
   std::uint64_t log_limit = tool::kLogLimit;  ///< of older runs [bytes]
   std::string export_to, host;                ///< `export`: folder, host whose nodes
 };
@@ -65,6 +67,7 @@ Run make_run(const Options& options) {
       (tool::log_root() / (options.name.empty() ? tool::new_run_name(options.file) : options.name))
           .string();
   run.verbose = options.verbose;
+  run.timeout_s = options.timeout_s;
   for (const std::string& set : options.sets) {
     const std::size_t dot = set.find('.');
     if (dot == std::string::npos || dot == 0 || set.find('=') == std::string::npos ||
@@ -335,6 +338,9 @@ void add_launch(CLI::App& program, int& exit_code) {
                    "Name of the run and its log folder (default: date and time)");
   verb->add_flag("--keep-running", options->keep_running,
                  "Run until stopped, even if `result:` of the file is reached");
+  verb->add_option("--timeout", options->timeout_s,
+                   "Longest run [s] of wall time; then it is stopped in order, with exit code 3")
+      ->check(tool::number_above_zero);
   verb->add_option_function<std::string>(
           "--log-limit",
           [options](const std::string& text) { options->log_limit = *tool::to_bytes(text); },

@@ -117,6 +117,7 @@ class Supervisor {
   Supervisor(const GraphFile& graph, const Run& run, int end_fd, Fd life, News news)
       : life_(std::move(life)),
         news_(std::move(news)),
+        timeout_s_(run.timeout_s),
         groups_(stop_order(graph)),
         end_(end_fd),
         directory_(runtime::graph_directory(run.graph)),
@@ -311,6 +312,8 @@ class Supervisor {
   }
 
   void follow_clock(WallTime now) {
+    if (timeout_s_ > 0.0 && to_seconds(now - started_) > timeout_s_)
+      end_run(3, fmt::format("--timeout: the run had {:g} s", timeout_s_));
     bool any = awaits_host_;
     for (auto& node : nodes_) {
       any = any || (node->state != State::ended && node->state != State::waiting);
@@ -418,6 +421,7 @@ class Supervisor {
   Fd life_;  ///< to the keeper
   News news_;
   const WallTime started_ = Clock::now();
+  double timeout_s_;  ///< of the run; 0: none
   std::vector<std::vector<std::string>> groups_;
   int end_;                ///< readable when the run shall end; -1: none
   std::string directory_;  ///< of the graph

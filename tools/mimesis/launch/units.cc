@@ -101,6 +101,8 @@ std::vector<std::string> environment_texts(
 /// Its own failure of systemd between fork and exec: exit codes from 200 (systemd.exec(5)).
 std::string start_failure(int status) {
   switch (status) {
+    case 200:
+      return "the launcher's working folder is not open to it";
     case 203:
       return "it cannot be executed";
     case 205:

@@ -45,6 +45,7 @@ struct RecordOptions {
   std::string regex, exclude, output;
   std::string compression = "zstd";
   double duration_s = 0.0;          ///< duration in wall time; 0: until stopped
+  double timeout_s = 0.0;           ///< longest wait for the first message; 0: any
   std::vector<std::string> attach;  ///< files that are stored in the log
   SplitOptions split;               ///< not together with snapshots
   SnapshotOptions snapshot;
@@ -233,8 +234,10 @@ class Recorder {
   /// Receives until stopped. @throws WriteFailure
   void receive() {
     const auto ended = [&] {
-      return options_.duration_s > 0.0 &&
-             steady_clock::now() - start_ >= std::chrono::duration<double>(options_.duration_s);
+      const double passed_s = std::chrono::duration<double>(steady_clock::now() - start_).count();
+      const bool any = recording_.counts().total.received > 0;
+      timed_out_ = !any && options_.timeout_s > 0.0 && passed_s > options_.timeout_s;
+      return timed_out_ || (options_.duration_s > 0.0 && passed_s >= options_.duration_s);
     };
     while (!stop_.requested() && !ended() && flaw_.empty()) {
       take();
@@ -372,6 +375,7 @@ class Recorder {
     say(fmt::format("{}: {} messages, {} lost, {}", what, messages, counts.total.lost,
                     bytes_text(bytes)));
     if (counts.total.received == 0) say("nothing was recorded: no message came");
+    if (timed_out_) return 3;
     // The last line: a launcher gives it as the reason.
     if (!error.empty()) say("recording stopped: " + error);
     return error.empty() && counts.total.lost == 0 && counts.total.received > 0 ? 0 : 1;
@@ -394,6 +398,7 @@ class Recorder {
   std::chrono::nanoseconds graph_time_{0};  ///< the latest seen
   WallTime next_look_ = start_, next_look_for_silence_ = start_;
   std::uint64_t bytes_received_ = 0;  ///< since the last look
+  bool timed_out_ = false;            ///< no message came in time
   std::string flaw_;                  ///< why it is not complete though its files are well
 };
 
@@ -492,6 +497,10 @@ void add_recorded(CLI::App& record, RecordOptions& o) {
   record.add_option("--compression", o.compression, "Compression of chunks")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
+  record
+      .add_option("--timeout", o.timeout_s,
+                  "Longest wait for the first message [s]; then exit code 3")
+      ->check(number_above_zero);
   record.add_option("--duration", o.duration_s, "Stop after this wall time [s]")
       ->check(number_above_zero);
   record.add_option("--attach", o.attach, "Store this file in the log (repeatable)")

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/testing/process.h"
+#include "common/testing/terminal.h"
 
 namespace mimesis::tool {
 namespace {
@@ -221,6 +222,51 @@ TEST_F(GraphVerbs, TopShowsLoadAndHealth) {
   EXPECT_EQ(nodes[0]["dropped"], 0) << line;
   EXPECT_GE(nodes[0]["worst_step_s"], nodes[0]["mean_step_s"]);
   EXPECT_NE(run({"top", "-n", "1"}).out.find("STEP MEAN"), std::string::npos);
+}
+
+TEST_F(GraphVerbs, TopShowsHowOldMessagesAreWhenTheyAreTaken) {
+  Process other(graph_, MIMESIS_COUNTER, {"--name", "other", "--set", "rate_hz=200"});
+  ASSERT_TRUE(other.wait_ready(graph_, "other"));
+  const Result top = run({"top", "-n", "4", "--json"});
+  EXPECT_EQ(top.code, 0) << top.err;
+  const std::size_t before = top.out.rfind('\n', top.out.size() - 2);
+  const json input = json::parse(top.out.substr(before + 1))["nodes"][0]["inputs"][0];
+  EXPECT_EQ(input["topic"], "other/out");
+  // It steps each 10 ms, and takes messages that come in between: each 5 ms.
+  EXPECT_NEAR(input["messages_s"], 200.0, 100.0) << input;
+  EXPECT_GT(input["latency_p50_s"], 0.0) << input;
+  EXPECT_GE(input["latency_p99_s"], input["latency_p50_s"]) << input;
+  EXPECT_LT(input["latency_p50_s"], 0.5) << input;
+  EXPECT_EQ(input["queued"], 0) << input;
+}
+
+TEST_F(GraphVerbs, KeysOfTopChooseANodeMakeItLogMoreAndStopIt) {
+  const std::string graph = graph_.name();
+  testing::OnTerminal top({MIMESIS_BIN_DIR "/mimesis", "top", "--graph", graph});
+  EXPECT_TRUE(top.shows("l: log level"));
+  EXPECT_TRUE(top.shows("INPUTS OF a"));  // with its first health
+  top.type("l");
+  EXPECT_TRUE(top.shows("a logs from debug on"));
+  Process other(graph_, MIMESIS_COUNTER, {"--name", "other"});
+  ASSERT_TRUE(other.wait_ready(graph_, "other"));
+  EXPECT_TRUE(top.shows("DEBUG: node other of host"));
+  top.type("l");
+  EXPECT_TRUE(top.shows("a logs from info on"));
+  EXPECT_TRUE(top.shows("other"));
+  top.type("j");
+  EXPECT_TRUE(top.shows(">  other"));
+  top.type("s");
+  EXPECT_TRUE(top.shows("s again: stops node other"));
+  top.type("s");
+  EXPECT_TRUE(top.shows("other was told"));
+  EXPECT_EQ(other.wait(), 0);
+  top.type("q");
+  EXPECT_EQ(top.wait(), 0);
+  const Result level = run({"service", "call", "a/params", R"({"log_level": "loud"})"});
+  EXPECT_EQ(level.code, 1);
+  EXPECT_NE(level.err.find("log level 'loud': expected one of debug, info, warn, error"),
+            std::string::npos)
+      << level.err;
 }
 
 TEST_F(GraphVerbs, DoctorSaysWhatToDo) {

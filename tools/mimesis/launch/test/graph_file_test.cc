@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/test/graph_text.h"
 
 namespace mimesis::launch {
@@ -138,6 +139,9 @@ const Mistake kMistakes[] = {
     {"result_field", "nodes: {a: {exec: x}}\nresult: {until: a/b, fields: {e: {scale: 2}}}\n",
      "@:3:34: a result field needs from: TOPIC.FIELD"},
     {"host", "hosts: {h: {user: me}}\nnodes: {a: {exec: x}}\n", "@:2:9: host 'h' has no address"},
+    {"address", "hosts: {h: {address: \"[fd00::2]:22\"}}\nnodes: {a: {exec: x}}\n",
+     "@:2:22: host 'h': address: expected a name or an address such as 10.0.0.2 or fd00::2, "
+     "without a port, found '[fd00::2]:22'"},
 };
 
 INSTANTIATE_TEST_SUITE_P(GraphFile, FindsLaunchMistake, ::testing::ValuesIn(kMistakes),
@@ -159,6 +163,21 @@ TEST(GraphFile, ArgumentsFromOutsideAreChecked) {
   read_text(text, mistakes, {"n=x", "m=1"});
   EXPECT_EQ(mistakes, (Lines{"--arg: the file declares no argument 'm'",
                              "--arg: n: expected int, found 'x'"}));
+}
+
+TEST(GraphFile, AddressesOfHostsAreNamesOrOfEitherKind) {
+  const auto bound = [](const std::string& address) {
+    Lines mistakes;
+    const GraphFile graph = read_text(
+        "version: 1\nhosts: {h: {address: \"" + address + "\"}}\nnodes: {a: {exec: x, host: h}}\n",
+        mistakes);
+    EXPECT_EQ(mistakes, Lines()) << address;
+    return bind_address(graph, *graph.find("a"));
+  };
+  EXPECT_EQ(bound("10.77.0.2"), "tcp://10.77.0.2:*");
+  EXPECT_EQ(bound("[FD77:0::2]"), "tcp://[fd77::2]:*");
+  EXPECT_EQ(bound("fd77::2"), "tcp://[fd77::2]:*");
+  EXPECT_EQ(bound("spine.example"), "tcp://0.0.0.0:*");
 }
 
 TEST(GraphFile, FindsAllMistakesAtOnce) {

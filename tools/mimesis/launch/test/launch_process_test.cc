@@ -36,6 +36,13 @@ TEST_F(Launch, StopsActuatorsLast) {
   EXPECT_EQ(folder_.read("order"), "planner\nworld\nbridge\ndrives\n") << launch->errors();
 }
 
+TEST_F(Launch, IsStoppedInOrderWhenItsTimeIsOver) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ + "}\n", {"--timeout", "0.7"});
+  EXPECT_EQ(launch->wait(), 3) << launch->errors();
+  EXPECT_EQ(summary(*launch)["reason"], "--timeout: the run had 0.7 s");
+  EXPECT_EQ(summary(*launch)["nodes"][0]["exit_code"], 0);
+}
+
 TEST_F(Launch, EndsWithTheCodeOfTheRequiredNode) {
   auto launch =
       start("nodes:\n  a: {exec: " + counter_ +

@@ -183,6 +183,45 @@ TEST_F(LaunchSystemd, SystemdEndsTheNodesOfAKilledLauncher) {
   }
 }
 
+// Others than root have a manager of their own.
+TEST_F(LaunchSystemd, TheManagerOfAUserStartsUnitsAndStopsThoseOfAKilledLauncher) {
+  ASSERT_EQ(told("systemctl", {"start", "user-manager"}), "");
+  const std::string home = "/run/user/65534";
+  const auto as_user = [&](std::vector<std::string> words) {
+    const std::vector<std::string> user{
+        "--reuid=65534",           "--clear-groups",        "env", "-C", home, "-u", "TMPDIR",
+        "XDG_RUNTIME_DIR=" + home, "XDG_STATE_HOME=" + home};
+    words.insert(words.begin(), user.begin(), user.end());
+    return std::make_unique<Process>("/usr/bin/setpriv", words);
+  };
+  const auto state = [&](const std::string& property) {
+    const auto asked = as_user({"systemctl", "--user", "show", "-P", property, unit("a")});
+    asked->wait();
+    return asked->output();
+  };
+  std::ofstream(home + "/g.yaml") << "version: 1\nhosts: {here: {address: localhost, engine: "
+                                     "systemd}}\ndefaults: {host: here}\nnodes:\n  a: {exec: "
+                                  << counter_ << ", restart: {delay: 1ms}}\n";
+  for (const bool killed : {false, true}) {
+    launch_ = as_user({MIMESIS_BIN_DIR "/mimesis", "launch", home + "/g.yaml", "--graph",
+                       graph_.name(), "--json"});
+    ASSERT_TRUE(ready("a")) << launch_->errors();
+    ASSERT_TRUE(until([&] { return state("SubState") == "running\n"; })) << state("SubState");
+    EXPECT_EQ(state("Slice"), slice_name(graph_.name()) + "\n");
+    const std::string pid = state("MainPID");
+    kill(std::stoi(pid), SIGKILL);
+    EXPECT_TRUE(until([&] { return state("MainPID") != pid && state("SubState") == "running\n"; }));
+    EXPECT_TRUE(until([&] {
+      return told("journalctl", {"-q", "-o", "cat", "OBJECT_SYSTEMD_USER_UNIT=" + unit("a")})
+                 .find("ready") != std::string::npos;
+    }));
+    launch_->signal(killed ? SIGKILL : SIGINT);
+    EXPECT_EQ(launch_->wait(), killed ? 137 : 130) << launch_->errors();
+    EXPECT_TRUE(until([&] { return state("SubState") == "dead\n"; })) << state("SubState");
+  }
+  EXPECT_EQ(told("systemctl", {"stop", "--no-block", "user-manager"}), "");
+}
+
 TEST_F(LaunchSystemd, ChildrenOfANodeThatIsKilledDieWithIt) {
   start(
       "  a: {exec: sh, ready: started, stop: {timeout: 100ms}, args: [-c, \"trap '' INT; setsid "

@@ -50,6 +50,12 @@ std::vector<std::string> logs_in(const fs::path& folder) {
   return names;
 }
 
+TEST_F(RecordProcess, WaitsOnlySoLongForTheFirstMessage) {
+  const auto recorder = record({"--all", "--timeout", "0.3"});
+  EXPECT_EQ(recorder->wait(kPatience), 3);
+  EXPECT_TRUE(says(*recorder, "nothing was recorded: no message came")) << recorder->errors();
+}
+
 TEST_F(RecordProcess, EverySignalLeavesABusyGraphWithAllThatWasPublishedBefore) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const auto recorder = record({"--all"});
