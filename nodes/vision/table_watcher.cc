@@ -40,7 +40,7 @@ TableWatcher::TableWatcher(const WatcherSetup& setup)
     : camera_(setup.camera ? *setup.camera : image::Camera(setup.view)),
       sizes_(setup.sizes),
       light_(setup.reference_bgr),
-      table_(setup.boxes),
+      table_(setup.spots ? ColorTable(*setup.spots) : ColorTable(setup.boxes)),
       tracker_(setup.tracker),
       recognizer_(setup.recognizer),
       object_body_(cylinder(sizes_.object_radius_m, sizes_.object_height_m)),

@@ -37,6 +37,7 @@ struct WatcherSetup {
   image::View view;
   std::optional<image::Camera> camera;  ///< calibrated, instead of `view`
   ColorBoxes boxes;
+  std::optional<ColorSpots> spots;  ///< taught, instead of `boxes`
   /// Median colour of the scene under the light for which the boxes hold (0: boxes hold in any
   /// light).
   Eigen::Vector3d reference_bgr{145.0, 151.0, 155.0};

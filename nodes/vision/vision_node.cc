@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/model/rig_file.h"
+#include "nodes/vision/files/colors_file.h"
 
 namespace mimesis::vision {
 namespace {
@@ -69,6 +70,11 @@ WatcherSetup complete(const VisionParams& params, const std::optional<image::Rig
   if (rig) setup.camera = model::camera_on_table(*rig, params.rig, params.camera);
   for (int c = 0; c < 3; ++c) {
     setup.reference_bgr[c] = params.reference_bgr[static_cast<std::size_t>(c)];
+  }
+  if (!params.colors.empty()) {
+    const TaughtColors taught = load_colors(params.colors);
+    setup.spots = taught.spots;
+    setup.reference_bgr = taught.reference_bgr;
   }
   return setup;
 }
@@ -172,6 +178,7 @@ void VisionParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0, 1000.0);
   v.file("rig", rig, "camera rig");
   v("camera", camera);
+  v.file("colors", colors, "taught colours");
   v("rig_days", rig_days, 0, 100000);
   v("reference_bgr", reference_bgr, 0.0, 255.0, 3);
   const auto group = [&v](std::string_view key, auto& part) {

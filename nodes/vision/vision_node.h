@@ -19,6 +19,7 @@ struct VisionParams {
   double rate_hz = 60.0;  ///< rate of looking for a new image [Hz]
   std::string rig;        ///< calibrated cameras (`mimesis calibrate`), instead of `view`
   std::string camera;     ///< which of them this is; empty: the first
+  std::string colors;     ///< taught colours (`mimesis vision teach`), instead of boxes and light
   int rig_days = 0;  ///< images that are this many days younger than the rig are refused; 0: none
   std::vector<double> reference_bgr{145.0, 151.0,
                                     155.0};  ///< see WatcherSetup; zeros: no correction
