@@ -493,9 +493,10 @@ ParamSource::ParamSource(const std::string& reference, const std::vector<std::st
   document_ = read_yaml(reference.substr(0, hash));
   section_ = hash == std::string::npos ? &document_
                                        : section_of(document_, reference.substr(hash + 1), bound_);
-  if (section_ == nullptr || section_->kind == Yaml::Kind::empty) {
+  const bool empty = section_ == nullptr || section_->kind == Yaml::Kind::empty;
+  if (empty && hash != std::string::npos) {
     section_ = nullptr;
-  } else if (section_->kind != Yaml::Kind::map) {
+  } else if (!empty && section_->kind != Yaml::Kind::map) {
     throw ConfigError(to_string(section_->place) + ": expected a map of parameters, found " +
                       section_->described());
   }

@@ -19,6 +19,7 @@
 #include "experiments/fields/figures.h"
 #include "experiments/harness/figure.h"
 #include "experiments/motion/figures.h"
+#include "experiments/sight/figures.h"
 #include "experiments/walk/figures.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
@@ -40,6 +41,7 @@ std::vector<Figure> all_figures() {
   std::vector<Figure> all;
   std::ranges::move(cognition::figures(), std::back_inserter(all));
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
+  std::ranges::move(vision::figures(), std::back_inserter(all));
   std::ranges::move(crowd::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));
   std::ranges::move(walk::films(), std::back_inserter(all));

@@ -1,11 +1,14 @@
 #include "nodes/vision/regions.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numbers>
 
 #include "common/error.h"
+#include "nodes/vision/label_kernels.h"
 
 namespace mimesis::vision {
 
@@ -43,26 +46,88 @@ ColorTable::ColorTable(const ColorBoxes& boxes) : boxes_(boxes) {
   set_gain(Eigen::Vector3d::Ones());
 }
 
+ColorTable::ColorTable(const ColorSpots& spots) : spots_(spots) {
+  set_gain(Eigen::Vector3d::Ones());
+}
+
+double ColorSpot::distance2(const Yuv& c) const {
+  if (c.y < y_min || c.y > y_max) return std::numeric_limits<double>::infinity();
+  const Eigen::Vector2d off = Eigen::Vector2d(c.u, c.v) - mean;
+  return off.dot(covariance.inverse() * off);
+}
+
+Kind ColorTable::nearest(const Yuv& color) const {
+  if (!spots_) {
+    for (std::size_t k = 1; k < kKinds; ++k) {
+      if (boxes_.of(static_cast<Kind>(k)).contains(color)) return static_cast<Kind>(k);
+    }
+    return Kind::none;
+  }
+  Kind nearest = Kind::none;
+  double least = ColorSpots::kReach * ColorSpots::kReach;
+  for (std::size_t k = 1; k < kKinds; ++k) {
+    if (!spots_->of[k]) continue;
+    const double distance2 = spots_->of[k]->distance2(color);
+    if (distance2 > least) continue;
+    least = distance2;
+    nearest = static_cast<Kind>(k);
+  }
+  return nearest;
+}
+
+Kind ColorTable::classify(const Eigen::Vector3d& bgr) const {
+  // In light brighter than the reference a channel at its end hides how bright it is: any value up
+  // to 255 of the reference light may be behind it.
+  constexpr double kClipped = 248.0, kBrighter = 0.95;
+  constexpr int kSteps = 4;
+  Kind kind = Kind::none;
+  bool clipped = true;
+  for (int step = 0; step <= kSteps && clipped && kind == Kind::none; ++step) {
+    Eigen::Vector3d c = gain_.cwiseProduct(bgr);
+    clipped = false;
+    for (int i = 0; i < 3; ++i) {
+      if (bgr[i] < kClipped || gain_[i] > kBrighter) continue;
+      c[i] += (255.0 - c[i]) * step / kSteps;
+      clipped = true;
+    }
+    kind = nearest(to_yuv(c[0], c[1], c[2]));
+  }
+  return kind;
+}
+
 void ColorTable::set_gain(const Eigen::Vector3d& gain_bgr) {
   gain_ = gain_bgr;
-  for (unsigned i = 0; i < cells_.size(); ++i) {
-    const double blue = gain_[0] * (8 * (i & 31) + 4), green = gain_[1] * (8 * (i >> 5 & 31) + 4),
-                 red = gain_[2] * (8 * (i >> 10) + 4);
-    const Yuv color = to_yuv(blue, green, red);
-    cells_[i] = 0;
-    for (std::size_t k = 1; k < kKinds && cells_[i] == 0; ++k) {
-      if (boxes_.of(static_cast<Kind>(k)).contains(color)) cells_[i] = static_cast<std::uint8_t>(k);
-    }
+  for (unsigned i = 0; i < kCells; ++i) {
+    cells_[i] = static_cast<std::uint8_t>(
+        classify({8.0 * (i & 31) + 4.0, 8.0 * (i >> 5 & 31) + 4.0, 8.0 * (i >> 10) + 4.0}));
   }
+  yuyv_cells_.clear();
 }
 
 void ColorTable::apply(const image::Image& image, std::vector<std::uint8_t>& labels) const {
   labels.resize(image.bgr.size() / 3);
-  const std::uint8_t* pixel = image.bgr.data();
-  for (std::uint8_t& label : labels) {
-    label = cells_[cell(pixel[0], pixel[1], pixel[2])];
-    pixel += 3;
+  look_up_bgr(image.bgr.data(), labels.size(), cells_.data(), labels.data());
+}
+
+Eigen::Vector3d bgr_of_yuyv(double y, double u, double v) {
+  const double luma = 255.0 / 219.0 * (y - 16.0), blue = u - 128.0, red = v - 128.0;
+  return Eigen::Vector3d(luma + 2.0172 * blue, luma - 0.3918 * blue - 0.8130 * red,
+                         luma + 1.5960 * red)
+      .cwiseMax(0.0)
+      .cwiseMin(255.0);
+}
+
+void ColorTable::apply_yuyv(std::span<const std::uint8_t> yuyv, std::vector<std::uint8_t>& labels) {
+  if (yuyv_cells_.empty()) {
+    yuyv_cells_.resize(kYuyvCells + kReadBeyond);
+    for (unsigned i = 0; i < kYuyvCells; ++i) {
+      const Eigen::Vector3d bgr =
+          bgr_of_yuyv(16 * (i >> 12) + 8, 4 * (i & 63) + 2, 4 * (i >> 6 & 63) + 2);
+      yuyv_cells_[i] = static_cast<std::uint8_t>(classify(bgr));
+    }
   }
+  labels.resize(yuyv.size() / 2);
+  look_up_yuyv(yuyv.data(), labels.size(), yuyv_cells_.data(), labels.data());
 }
 
 Eigen::Vector3d median_bgr(const image::Image& image) {
@@ -254,7 +319,7 @@ Body box(double width_m, double height_m, double depth_m) {
   return body;
 }
 
-Vector2d silhouette_centroid(const image::Pinhole& camera, const Body& body,
+Vector2d silhouette_centroid(const image::Camera& camera, const Body& body,
                              const Vector2d& center_m) {
   std::vector<Vector2d> points;
   points.reserve(body.size());
@@ -272,7 +337,7 @@ Vector2d silhouette_centroid(const image::Pinhole& camera, const Body& body,
   return sum / area;
 }
 
-std::optional<Vector2d> locate(const image::Pinhole& camera, const Body& body,
+std::optional<Vector2d> locate(const image::Camera& camera, const Body& body,
                                const Vector2d& pixel) {
   std::optional<Vector2d> center = camera.on_plane(pixel.x(), pixel.y());
   for (int i = 0; i < 6 && center; ++i) {

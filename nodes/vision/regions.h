@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/image/pinhole.h"
+#include "common/image/rig.h"
 
 namespace mimesis::vision {
 
@@ -56,6 +56,22 @@ struct ColorBoxes {
   const ColorBox& of(Kind kind) const;
 };
 
+/// Chroma of a class as it was taught: the ellipse that its pixels fill in U and V, and its luma.
+struct ColorSpot {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();            ///< U, V
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();  ///< of U and V
+  double y_min = 25.0, y_max = 255.0;
+
+  /// Squared distance in standard deviations; infinite out of the luma's bounds.
+  double distance2(const Yuv& c) const;
+};
+
+/// What was taught; a class without a spot is not sought.
+struct ColorSpots {
+  static constexpr double kReach = 3.0;  ///< standard deviations that belong to a class
+  std::array<std::optional<ColorSpot>, kKinds> of;
+};
+
 /// Segmentation by one table look-up per pixel: the 5 leading bits of blue, green and red select a
 /// cell that holds the class of the cell's middle, corrected for the light. One table of 32 KiB
 /// instead of a colour conversion and five comparisons per pixel (the idea of Bruce, Balch &
@@ -63,6 +79,8 @@ struct ColorBoxes {
 class ColorTable {
  public:
   explicit ColorTable(const ColorBoxes& boxes);
+  /// The class whose spot is nearest in its standard deviations, within ColorSpots::kReach.
+  explicit ColorTable(const ColorSpots& spots);
 
   /// Refills the table for light under which a colour c of the boxes appears as c / gain (per
   /// channel).
@@ -74,15 +92,28 @@ class ColorTable {
   }
   /// Class of every pixel, row by row. Allocates only if `labels` must grow.
   void apply(const image::Image& image, std::vector<std::uint8_t>& labels) const;
+  /// The same for a camera's YUYV (Y0 U Y1 V; BT.601, luma 16..235), without a conversion: the
+  /// cells have 16 steps of luma and 64 of each chroma. The first call after a change of gain fills
+  /// them.
+  void apply_yuyv(std::span<const std::uint8_t> yuyv, std::vector<std::uint8_t>& labels);
 
  private:
   static std::size_t cell(unsigned blue, unsigned green, unsigned red) {
     return (blue >> 3) | (green >> 3) << 5 | (red >> 3) << 10;
   }
   ColorBoxes boxes_;
+  std::optional<ColorSpots> spots_;  ///< instead of the boxes
   Eigen::Vector3d gain_ = Eigen::Vector3d::Ones();
-  std::array<std::uint8_t, 32768> cells_{};
+  Kind nearest(const Yuv& color) const;
+  Kind classify(const Eigen::Vector3d& bgr) const;
+
+  static constexpr std::size_t kCells = 32768, kYuyvCells = 65536, kReadBeyond = 3;
+  std::vector<std::uint8_t> cells_ = std::vector<std::uint8_t>(kCells + kReadBeyond);
+  std::vector<std::uint8_t> yuyv_cells_;  ///< empty: to be filled
 };
+
+/// Blue, green, red (0..255, not rounded) of a camera's luma and chroma.
+Eigen::Vector3d bgr_of_yuyv(double y, double u, double v);
 
 /// Follows the light: the picture's median colour is mostly table, which keeps its true colour.
 class LightMeter {
@@ -167,12 +198,12 @@ Body box(double width_m, double height_m, double depth_m);
 /// Centroid of the image of a body whose centre is at (x, y, 0) [px]: area centroid of the convex
 /// hull of the projected points. It differs from the image of the centre, since near parts look
 /// larger.
-Eigen::Vector2d silhouette_centroid(const image::Pinhole& camera, const Body& body,
+Eigen::Vector2d silhouette_centroid(const image::Camera& camera, const Body& body,
                                     const Eigen::Vector2d& center_m);
 
 /// Inverse: centre (x, y) [m] of a body whose silhouette has its centroid at `pixel`. Fixed-point
 /// iteration, exact to 0.01 mm; nothing if the pixel looks past the plane.
-std::optional<Eigen::Vector2d> locate(const image::Pinhole& camera, const Body& body,
+std::optional<Eigen::Vector2d> locate(const image::Camera& camera, const Body& body,
                                       const Eigen::Vector2d& pixel);
 
 }  // namespace mimesis::vision

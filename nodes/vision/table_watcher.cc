@@ -1,47 +1,64 @@
 #include "nodes/vision/table_watcher.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/error.h"
+#include "nodes/vision/label_kernels.h"
 
 namespace mimesis::vision {
 
 using Eigen::Vector2d;
 
+double SteadyPlace::usual_area() const {
+  std::array<double, kMemory> sorted = areas_;
+  const auto end = sorted.begin() + std::min(seen_, kMemory);
+  const auto quartile = sorted.begin() + 3 * (end - sorted.begin() - 1) / 4;
+  std::nth_element(sorted.begin(), quartile, end);
+  return *quartile;
+}
+
 void SteadyPlace::update(const std::optional<Vector2d>& place_m, double area) {
   constexpr int kGone = 15;        // pictures after which an absent thing was taken away
   constexpr double kMoved = 0.02;  // [m]
-  constexpr double kWhole = 0.97;
-  constexpr int kMemory = 60;  // pictures
+  constexpr double kAlike = 0.03;
   absent_ = place_m ? 0 : absent_ + 1;
   if (absent_ >= kGone) *this = {};
   if (!place_m) return;
   elsewhere_ = mean_ && (*place_m - *mean_).norm() > kMoved ? elsewhere_ + 1 : 0;
   // it was moved, or the first observation was of another thing
   if (elsewhere_ >= kGone) *this = {};
-  area_ = std::max(area_, area);
-  if (area < kWhole * area_ && mean_) return;
+  areas_.at(static_cast<std::size_t>(seen_ % kMemory)) = area;
+  if (++seen_ == 2 * kMemory) seen_ = kMemory;
+  if (mean_ && std::abs(area / usual_area() - 1.0) > kAlike) return;
   if (elsewhere_ > 0) return;
   count_ = std::min(count_ + 1, kMemory);
   mean_ = mean_ ? Vector2d(*mean_ + (*place_m - *mean_) / count_) : *place_m;
 }
 
 TableWatcher::TableWatcher(const WatcherSetup& setup)
-    : camera_(setup.view),
+    : camera_(setup.camera ? *setup.camera : image::Camera(setup.view)),
       sizes_(setup.sizes),
       light_(setup.reference_bgr),
-      table_(setup.boxes),
+      table_(setup.spots ? ColorTable(*setup.spots) : ColorTable(setup.boxes)),
       tracker_(setup.tracker),
       recognizer_(setup.recognizer),
       object_body_(cylinder(sizes_.object_radius_m, sizes_.object_height_m)),
       bar_body_(box(sizes_.bar_width_m, sizes_.bar_thickness_m, sizes_.bar_span_m)),
-      cap_body_(cylinder(sizes_.goal_radius_m, sizes_.goal_cap_m)) {}
+      cap_body_(cylinder(sizes_.goal_radius_m, sizes_.goal_cap_m)),
+      open_(setup.open) {}
 
 void TableWatcher::segment(const image::Image& image) {
   constexpr double kNoticeable = 0.02;  // change of gain worth a new table
   const Eigen::Vector3d& gain = light_.update(image);
   if ((gain - table_.gain()).cwiseAbs().maxCoeff() > kNoticeable) table_.set_gain(gain);
   table_.apply(image, labels_);
+  if (open_) {
+    uniform_.resize(labels_.size());
+    opened_.resize(labels_.size());
+    open_labels(labels_.data(), image.width, image.height, uniform_.data(), opened_.data());
+    labels_.swap(opened_);
+  }
   finder_.find(labels_, image.width, image.height);
   tracker_.update(finder_.regions());
 }

@@ -1,7 +1,8 @@
 #pragma once
+#include <array>
 #include <optional>
 
-#include "common/image/pinhole.h"
+#include "common/image/rig.h"
 #include "nodes/vision/action_recognizer.h"
 #include "nodes/vision/blob_tracker.h"
 #include "nodes/vision/regions.h"
@@ -34,26 +35,35 @@ struct TableSizes {
 
 struct WatcherSetup {
   image::View view;
+  std::optional<image::Camera> camera;  ///< calibrated, instead of `view`
   ColorBoxes boxes;
+  std::optional<ColorSpots> spots;  ///< taught, instead of `boxes`
   /// Median colour of the scene under the light for which the boxes hold (0: boxes hold in any
   /// light).
   Eigen::Vector3d reference_bgr{145.0, 151.0, 155.0};
+  bool open = false;  ///< remove what is thinner than 3 pixels before regions are sought
   TrackerLimits tracker;
   TableSizes sizes;
   RecognizerLimits recognizer;
 };
 
-/// Mean position of something that stands still, over the pictures in which it is not hidden: those
-/// with at least 97 % of its largest area.
+/// Mean position of something that stands still, over the pictures in which it is neither hidden
+/// nor grown together with something: those whose area is within 3 % of the upper quartile of the
+/// last
+/// 60. What is hidden for less than three quarters of them stays where it is, and no single picture
+/// decides what is whole.
 class SteadyPlace {
  public:
   void update(const std::optional<Eigen::Vector2d>& place_m, double area);
   const std::optional<Eigen::Vector2d>& get() const { return mean_; }
 
  private:
+  double usual_area() const;
+
+  static constexpr int kMemory = 60;  // pictures
   std::optional<Eigen::Vector2d> mean_;
-  double area_ = 0.0;
-  int absent_ = 0, elsewhere_ = 0, count_ = 0;
+  std::array<double, kMemory> areas_{};
+  int seen_ = 0, absent_ = 0, elsewhere_ = 0, count_ = 0;
 };
 
 /// From picture to symbols: segmentation, regions, tracking, positions in frame T, recognition.
@@ -77,6 +87,7 @@ class TableWatcher {
   /// Lower edge of the bar above the table [m]; nothing without a bridge.
   std::optional<double> bridge_height_m() const;
   const TableSizes& sizes() const { return sizes_; }
+  const image::Camera& camera() const { return camera_; }
 
  private:
   void look(const image::Image& image);
@@ -84,7 +95,7 @@ class TableWatcher {
   void look_at_hand();
   std::optional<double> object_luma(const image::Image& image) const;
 
-  image::Pinhole camera_;
+  image::Camera camera_;
   TableSizes sizes_;
   LightMeter light_;
   ColorTable table_;
@@ -93,7 +104,8 @@ class TableWatcher {
   ActionRecognizer recognizer_;
   Body object_body_, bar_body_, cap_body_;
   SteadyPlace bar_, goal_high_, goal_low_;
-  std::vector<std::uint8_t> labels_;
+  bool open_;
+  std::vector<std::uint8_t> labels_, uniform_, opened_;
   std::optional<Palm> palm_;
   Sight sight_;
 };

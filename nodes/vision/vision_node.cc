@@ -4,6 +4,9 @@
 #include <cstring>
 #include <string>
 
+#include "common/model/rig_file.h"
+#include "nodes/vision/files/colors_file.h"
+
 namespace mimesis::vision {
 namespace {
 
@@ -62,10 +65,16 @@ std::string summary(const ActionRecognizer& action) {
   return line + (action.complete() ? ", complete" : "");
 }
 
-WatcherSetup complete(const VisionParams& params) {
+WatcherSetup complete(const VisionParams& params, const std::optional<image::Rig>& rig) {
   WatcherSetup setup = params.setup;
+  if (rig) setup.camera = model::camera_on_table(*rig, params.rig, params.camera);
   for (int c = 0; c < 3; ++c) {
     setup.reference_bgr[c] = params.reference_bgr[static_cast<std::size_t>(c)];
+  }
+  if (!params.colors.empty()) {
+    const TaughtColors taught = load_colors(params.colors);
+    setup.spots = taught.spots;
+    setup.reference_bgr = taught.reference_bgr;
   }
   return setup;
 }
@@ -167,6 +176,10 @@ foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher) {
 void VisionParams::visit(runtime::ParamVisitor& v) {
   using runtime::ParamVisitor;
   v("rate_hz", rate_hz, 1.0, 1000.0);
+  v.file("rig", rig, "camera rig");
+  v("camera", camera);
+  v.file("colors", colors, "taught colours");
+  v("rig_days", rig_days, 0, 100000);
   v("reference_bgr", reference_bgr, 0.0, 255.0, 3);
   const auto group = [&v](std::string_view key, auto& part) {
     v.group(key, [&part](ParamVisitor& g) { part.visit(g); });
@@ -177,20 +190,29 @@ void VisionParams::visit(runtime::ParamVisitor& v) {
   group("bridge", setup.boxes.bridge);
   group("goal_high", setup.boxes.goal_high);
   group("goal_low", setup.boxes.goal_low);
+  v("open", setup.open);
   group("tracker", setup.tracker);
   group("sizes", setup.sizes);
   group("recognizer", setup.recognizer);
 }
 
 VisionNode::VisionNode(const Params& params, runtime::Bus& bus)
-    : watcher_(complete(params)),
-      width_(params.setup.view.width_px),
-      height_(params.setup.view.height_px),
+    : VisionNode(params,
+                 params.rig.empty() ? std::nullopt : std::optional(model::load_rig(params.rig)),
+                 bus) {}
+
+VisionNode::VisionNode(const Params& params, const std::optional<image::Rig>& rig,
+                       runtime::Bus& bus)
+    : watcher_(complete(params, rig)),
+      calibrated_by_(rig ? params.rig : "view.width_px, height_px"),
+      rig_days_(params.rig_days),
       in_(bus, "image"),
       blobs_(bus, "blobs"),
       observation_(bus, "observation"),
       scene_(bus, "scene"),
-      annotations_(bus, "annotations") {}
+      annotations_(bus, "annotations") {
+  if (rig && rig_days_ > 0) calibrated_day_ = model::day_number(rig->date);
+}
 
 void VisionNode::refuse(const std::string& why) {
   if (refused_.pass()) runtime::warn("image: {}", why);
@@ -202,11 +224,19 @@ bool VisionNode::accept(const foxglove::RawImage& m) {
     refuse(fmt::format("encoding '{}' is not read, expected bgr8 or rgb8", m.encoding()));
     return false;
   }
-  const auto width = static_cast<std::uint64_t>(width_),
-             height = static_cast<std::uint64_t>(height_);
+  const int width_px = watcher_.camera().width(), height_px = watcher_.camera().height();
+  const auto width = static_cast<std::uint64_t>(width_px),
+             height = static_cast<std::uint64_t>(height_px);
   if (m.width() != width || m.height() != height) {
-    refuse(fmt::format("{}x{} does not fit the calibrated view of {}x{} (view.width_px, height_px)",
-                       m.width(), m.height(), width_, height_));
+    refuse(fmt::format("{}x{} does not fit the calibrated view of {}x{} ({})", m.width(),
+                       m.height(), width_px, height_px, calibrated_by_));
+    return false;
+  }
+  // In simulated time stamps begin in 1970: no rig is that old.
+  const auto day = std::chrono::floor<std::chrono::days>(stamp_of(m)).count();
+  if (calibrated_day_ && day - *calibrated_day_ > rig_days_) {
+    refuse(fmt::format("the rig {} is {} days old, expected at most {} (rig_days): calibrate anew",
+                       calibrated_by_, day - *calibrated_day_, rig_days_));
     return false;
   }
   const std::uint64_t row = 3 * width;
@@ -215,8 +245,8 @@ bool VisionNode::accept(const foxglove::RawImage& m) {
                        m.width(), m.height(), m.encoding()));
     return false;
   }
-  image_.width = width_;
-  image_.height = height_;
+  image_.width = width_px;
+  image_.height = height_px;
   image_.bgr.resize(row * height);
   for (std::uint64_t v = 0; v < height; ++v) {
     std::memcpy(image_.bgr.data() + v * row, m.data().data() + v * m.step(), row);

@@ -17,6 +17,10 @@ foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher);
 
 struct VisionParams {
   double rate_hz = 60.0;  ///< rate of looking for a new image [Hz]
+  std::string rig;        ///< calibrated cameras (`mimesis calibrate`), instead of `view`
+  std::string camera;     ///< which of them this is; empty: the first
+  std::string colors;     ///< taught colours (`mimesis vision teach`), instead of boxes and light
+  int rig_days = 0;  ///< images that are this many days younger than the rig are refused; 0: none
   std::vector<double> reference_bgr{145.0, 151.0,
                                     155.0};  ///< see WatcherSetup; zeros: no correction
   WatcherSetup setup;
@@ -33,11 +37,14 @@ class VisionNode {
   void step(runtime::Time now);
 
  private:
+  VisionNode(const Params& params, const std::optional<image::Rig>& rig, runtime::Bus& bus);
   bool accept(const foxglove::RawImage& message);
   void refuse(const std::string& why);
 
   TableWatcher watcher_;
-  int width_, height_;
+  std::string calibrated_by_;          ///< what gave the camera, for messages
+  std::optional<int> calibrated_day_;  ///< since 1970; nothing if any age will do
+  int rig_days_;
   image::Image image_;
   runtime::Throttle refused_{std::chrono::seconds(5)};
   runtime::Latest<foxglove::RawImage> in_;

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <random>
 
 #include "tests/sight/demonstration.h"
 
@@ -42,6 +44,51 @@ TEST(Sight, MeasuresTheTableWithinMillimetres) {
     EXPECT_LT((*s.goal_high - up - truth.goal_high).norm(), 0.005);
     EXPECT_LT((*s.goal_low - up - truth.goal_low).norm(), 0.005);
     EXPECT_NEAR(*watcher.bridge_height_m(), height, 0.005);
+  }
+}
+
+/// Light that changes within 3 s to anything between gain 0.6 and 1.4, warm or cool by 1.3.
+TEST(Sight, ClassesSurviveChangesOfLight) {
+  std::mt19937 random(4711);
+  const auto between = [&random](double lo, double hi) {
+    return std::uniform_real_distribution<double>(lo, hi)(random);
+  };
+  for (int run = 0; run < 4; ++run) {
+    camera::Picture picture;
+    picture.seed = static_cast<std::uint64_t>(50 + run);
+    picture.clutter = 0;  // coloured things would be no false ones
+    picture.faults.noise = 8.0;
+    camera::Renderer renderer(picture);
+    vision::TableWatcher watcher{vision::WatcherSetup{}};
+    const double gain = between(0.6, 1.4), warmth = std::pow(1.3, between(-1.0, 1.0));
+    std::array<double, vision::kKinds> area{};
+    image::Image frame;
+    for (int i = 0; i <= 90; i += 5) {
+      camera::Faults faults = picture.faults;
+      faults.gain = 1.0 + (gain - 1.0) * i / 90.0;
+      faults.warmth = 1.0 + (warmth - 1.0) * i / 90.0;
+      renderer.change_faults(faults);
+      for (int k = 0; k < 5; ++k) {  // the light meter follows pictures, not time
+        renderer.render(0.0, frame);
+        watcher.watch(frame);
+      }
+      for (const auto kind : {vision::Kind::object, vision::Kind::bridge, vision::Kind::goal_high,
+                              vision::Kind::goal_low}) {
+        double& usual = area.at(static_cast<std::size_t>(kind));
+        const double now = watcher.blob(kind).moments.area;
+        if (i == 0) usual = now;
+        ASSERT_GT(usual, 100.0) << vision::name(kind);
+        EXPECT_NEAR(now / usual, 1.0, 0.15)
+            << vision::name(kind) << ", gain " << faults.gain << ", warmth " << faults.warmth;
+        for (std::size_t r = 0; r < watcher.regions().size(); ++r) {
+          const vision::Region& region = watcher.regions()[r];
+          const auto& mine = watcher.blob(kind).regions;
+          if (region.kind != kind || std::ranges::binary_search(mine, static_cast<int>(r)))
+            continue;
+          EXPECT_LT(region.moments.area, 30.0) << "a false " << vision::name(kind);
+        }
+      }
+    }
   }
 }
 

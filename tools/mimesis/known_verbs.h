@@ -23,6 +23,8 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"doctor", "Looks at this computer: what keeps a graph from running well"},
     KnownVerb{"completion", "Prints the completion of bash, zsh or fish"},
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
+    KnownVerb{"calibrate", "Calibrates cameras from pictures of a chessboard"},
+    KnownVerb{"vision", "Teaches vision the colours of things"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},
     KnownVerb{"drawer-trials", "Writes generated trials of the drawer task as files"},
     KnownVerb{"reproduce", "Recomputes a published figure and compares it with its reference"},

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/testing/no_malloc.h"
+#include "nodes/vision/label_kernels.h"
 #include "nodes/vision/regions.h"
 
 namespace mimesis::vision {
@@ -39,7 +40,7 @@ std::vector<std::uint8_t> random_labels(int width, int height, unsigned seed, in
 TEST(ColorTable, GivesEveryPixelTheClassOfTheScalarReference) {
   const ColorBoxes boxes;
   ColorTable table(boxes);
-  const Eigen::Vector3d gain(1.13, 0.97, 0.88);
+  const Eigen::Vector3d gain(1.13, 0.97, 0.96);
   table.set_gain(gain);
   const image::Image image = random_image(320, 240, 7);
   std::vector<std::uint8_t> labels;
@@ -65,6 +66,92 @@ TEST(ColorTable, GivesEveryPixelTheClassOfTheScalarReference) {
     ++count[labels[i]];
   }
   for (const int n : count) EXPECT_GT(n, 100);  // the picture tries every class
+}
+
+TEST(LookUp, IsTheScalarReferenceForEveryLengthAndReadsNothingBeyond) {
+  std::mt19937 random(12);
+  std::vector<std::uint8_t> cells(65536 + 3);
+  for (auto& c : cells) c = static_cast<std::uint8_t>(random());
+  for (const std::size_t pixels : {0, 2, 6, 8, 10, 12, 16, 18, 100, 642, 4098}) {
+    // On the heap to the byte: the address sanitizer sees a read beyond.
+    std::vector<std::uint8_t> bytes(3 * pixels), expected(pixels), labels(pixels, 0xee);
+    for (auto& b : bytes) b = static_cast<std::uint8_t>(random());
+    look_up_bgr_scalar(bytes.data(), pixels, cells.data(), expected.data());
+    look_up_bgr(bytes.data(), pixels, cells.data(), labels.data());
+    EXPECT_EQ(labels, expected) << pixels;
+    bytes.resize(2 * pixels);
+    bytes.shrink_to_fit();
+    look_up_yuyv_scalar(bytes.data(), pixels, cells.data(), expected.data());
+    look_up_yuyv(bytes.data(), pixels, cells.data(), labels.data());
+    EXPECT_EQ(labels, expected) << pixels;
+  }
+}
+
+TEST(ColorTable, ClassifiesYuyvAsTheBoxesDo) {
+  const ColorBoxes boxes;
+  ColorTable table(boxes);
+  const Eigen::Vector3d gain(0.96, 1.05, 1.2);
+  table.set_gain(gain);
+  std::mt19937 random(31);
+  std::vector<std::uint8_t> yuyv(2 * 20000), labels;
+  for (auto& b : yuyv) b = static_cast<std::uint8_t>(16 + random() % 220);
+  table.apply_yuyv(yuyv, labels);
+  ASSERT_EQ(labels.size(), 20000u);
+  std::array<int, kKinds> count{};
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    // Middle of the cell, converted as BT.601 says: R = 1.164 (Y - 16) + 1.596 (V - 128), ...
+    const double y = yuyv[2 * i] / 16 * 16 + 8, u = yuyv[i / 2 * 4 + 1] / 4 * 4 + 2,
+                 v = yuyv[i / 2 * 4 + 3] / 4 * 4 + 2;
+    const auto clip = [](double c) { return std::clamp(c, 0.0, 255.0); };
+    const double luma = 255.0 / 219.0 * (y - 16.0);
+    const Yuv color = to_yuv(gain[0] * clip(luma + 2.0172 * (u - 128)),
+                             gain[1] * clip(luma - 0.3918 * (u - 128) - 0.8130 * (v - 128)),
+                             gain[2] * clip(luma + 1.5960 * (v - 128)));
+    int expected = 0;
+    for (int k = static_cast<int>(kKinds) - 1; k > 0; --k) {
+      if (boxes.of(static_cast<Kind>(k)).contains(color)) expected = k;
+    }
+    ASSERT_EQ(labels[i], expected) << i;
+    ++count[labels[i]];
+  }
+  for (const int n : count) EXPECT_GT(n, 50);
+  // A new gain fills the cells anew.
+  const auto before = labels;
+  table.set_gain(Eigen::Vector3d(1.5, 1.0, 0.7));
+  table.apply_yuyv(yuyv, labels);
+  EXPECT_NE(labels, before);
+}
+
+TEST(ColorTable, KnowsAColourWhoseChannelsBrightLightHasCutOff) {
+  const ColorBoxes boxes;
+  ColorTable table(boxes);
+  ASSERT_EQ(table.label(36, 214, 224), Kind::goal_high);
+  // Under bright cool light green would be 290: taken for 255 it is another colour.
+  const Eigen::Vector3d gain(0.63, 0.74, 0.87);
+  ASSERT_FALSE(boxes.goal_high.contains(to_yuv(57 * gain[0], 252 * gain[1], 252 * gain[2])));
+  table.set_gain(gain);
+  EXPECT_EQ(table.label(57, 255, 255), Kind::goal_high);
+  table.set_gain(Eigen::Vector3d::Constant(0.7));
+  EXPECT_EQ(table.label(255, 255, 255), Kind::none);
+}
+
+TEST(OpenLabels, LeavesWhatAnOpeningOfEachClassLeaves) {
+  for (const auto& [width, height] :
+       {std::pair{64, 48}, {3, 3}, {2, 9}, {9, 1}, {1, 1}, {37, 5}, {131, 40}}) {
+    const auto labels = random_labels(width, height, static_cast<unsigned>(width), 6);
+    std::vector<std::uint8_t> uniform(labels.size()), opened(labels.size(), 0xee);
+    open_labels(labels.data(), width, height, uniform.data(), opened.data());
+    std::vector<std::uint8_t> expected(labels.size());
+    for (std::size_t k = 1; k < kKinds; ++k) {
+      cv::Mat mask(height, width, CV_8U), open;
+      for (std::size_t i = 0; i < labels.size(); ++i) mask.data[i] = labels[i] == k ? 255 : 0;
+      cv::morphologyEx(mask, open, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8U));
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        if (open.data[i] != 0) expected[i] = static_cast<std::uint8_t>(k);
+      }
+    }
+    EXPECT_EQ(opened, expected) << width << "x" << height;
+  }
 }
 
 TEST(ColorTable, AgreesWithOpenCvsYuvUpToTheCellsWidth) {

@@ -4,6 +4,7 @@
 
 #include "nodes/vision/blob_tracker.h"
 #include "nodes/vision/regions.h"
+#include "nodes/vision/table_watcher.h"
 
 namespace mimesis::vision {
 namespace {
@@ -85,14 +86,14 @@ TEST(Palm, AngleIsZeroFromAboveAndRightFromTheSide) {
 }
 
 TEST(Silhouette, OfASmallBodyIsCentredOnItsCentre) {
-  const image::Pinhole camera{image::View{}};
+  const image::Camera camera{image::View{}};
   const Vector2d at(0.1, 0.2);
   const Vector2d seen = silhouette_centroid(camera, box(1e-3, 1e-3, 1e-3), at);
   EXPECT_NEAR((seen - camera.project({0.1, 0.2, 0.0})).norm(), 0.0, 0.01);
 }
 
 TEST(Silhouette, OfALongBodyLeansTowardsItsNearEnd) {
-  const image::Pinhole camera{image::View{}};
+  const image::Camera camera{image::View{}};
   const Vector2d seen = silhouette_centroid(camera, box(0.03, 0.03, 0.26), {0.0, 0.2});
   const Vector2d middle = camera.project({0.0, 0.2, 0.0}), near = camera.project({0.0, 0.2, 0.13});
   EXPECT_GT((seen - middle).dot(near - middle), 0.0);
@@ -100,7 +101,7 @@ TEST(Silhouette, OfALongBodyLeansTowardsItsNearEnd) {
 }
 
 TEST(Silhouette, IsInvertedByLocate) {
-  const image::Pinhole camera{image::View{}};
+  const image::Camera camera{image::View{}};
   for (const Body& body : {cylinder(0.024, 0.085), box(0.035, 0.03, 0.26), cylinder(0.046, 0.02)}) {
     for (const double x : {-0.3, 0.0, 0.35}) {
       for (const double y : {0.02, 0.3}) {
@@ -110,6 +111,36 @@ TEST(Silhouette, IsInvertedByLocate) {
       }
     }
   }
+}
+
+TEST(SteadyPlace, OneInflatedAreaFreezesNothing) {
+  SteadyPlace place;
+  const Vector2d before(0.2, 0.1), after(0.208, 0.1);  // a knock by less than what counts as moved
+  for (int i = 0; i < 100; ++i) place.update(before, 1000.0 + 5.0 * (i % 3));
+  place.update(before + Vector2d(0.0, 0.006), 1400.0);  // grown together with a patch of its colour
+  ASSERT_TRUE(place.get());
+  EXPECT_LT((*place.get() - before).norm(), 1e-12);  // which does not move it
+  for (int i = 0; i < 300; ++i) place.update(after, 1000.0 + 5.0 * (i % 3));
+  EXPECT_LT((*place.get() - after).norm(), 1e-3);
+}
+
+TEST(SteadyPlace, AnInflatedFirstAreaIsForgotten) {
+  SteadyPlace place;
+  place.update(Vector2d(0.21, 0.1), 1500.0);
+  for (int i = 0; i < 200; ++i) place.update(Vector2d(0.2, 0.1), 1000.0);
+  EXPECT_LT((*place.get() - Vector2d(0.2, 0.1)).norm(), 1e-3);
+}
+
+TEST(SteadyPlace, StaysWhileHalfHiddenAndGoesWhenTakenAway) {
+  SteadyPlace place;
+  const Vector2d at(0.2, 0.1);
+  for (int i = 0; i < 100; ++i) place.update(at, 1000.0);
+  for (int i = 0; i < 40; ++i) place.update(at + Vector2d(0.01, 0.0), 500.0);
+  EXPECT_LT((*place.get() - at).norm(), 1e-12);
+  for (int i = 0; i < 15; ++i) place.update(at + Vector2d(0.05, 0.0), 1000.0);
+  EXPECT_NEAR(place.get()->x(), 0.25, 1e-12);  // it was moved
+  for (int i = 0; i < 15; ++i) place.update(std::nullopt, 0.0);
+  EXPECT_FALSE(place.get());
 }
 
 }  // namespace

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
+#include <fstream>
 
+#include "common/error.h"
+#include "common/model/rig_file.h"
 #include "common/testing/loopback.h"
 
 namespace mimesis::vision {
@@ -94,6 +98,81 @@ TEST(VisionNode, RefusesImagesThatAreNotWhatTheySay) {
   bus.send("image", picture("bgr8"), 2s);
   node.step(2s);
   EXPECT_TRUE(bus.take<v1::Blobs>("blobs"));
+}
+
+/// A rig of one camera in place of the default view, through a lens that bends.
+class VisionRig : public ::testing::Test {
+ protected:
+  VisionRig() : rig_{"2026-06-01", "9x6", image::Rig::Frame::table, 12, 0.1, {}} {
+    const image::Camera straight{image::View{}};
+    image::Lens lens = straight.lens();
+    lens.distortion = {-0.2, 0.05, 0.001, -0.001, 0.0};
+    rig_.cameras.push_back({"teacher", {lens, straight.R_CT(), straight.eye()}, 0.2});
+  }
+  VisionParams with_rig() {
+    file_ = ::testing::TempDir() + "vision_rig.yaml";
+    std::ofstream(file_) << model::rig_text(rig_);
+    VisionParams p = params();
+    p.rig = file_;
+    return p;
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+
+  image::Rig rig_;
+  std::string file_;
+};
+
+TEST_F(VisionRig, PutsThingsWhereTheLensSawThem) {
+  testing::Loopback straight_bus, bus;
+  VisionNode straight(params(), straight_bus);
+  straight_bus.send("image", picture("bgr8"), 3s);
+  straight.step(3s);
+  const auto without = straight_bus.take<v1::TeacherScene>("scene");
+  VisionNode node(with_rig(), bus);
+  bus.send("image", picture("bgr8"), 4s);
+  node.step(4s);
+  const auto scene = bus.take<v1::TeacherScene>("scene");
+  ASSERT_TRUE(scene && without);
+  // The blob's centre is 200 px left of the optical axis: the straight view takes it for nearer to
+  // the middle than it is.
+  const Eigen::Vector3d p(scene->object_x_m(), scene->object_y_m(), 0.0);
+  EXPECT_LT((rig_.cameras[0].camera.project(p) - Eigen::Vector2d(119.5, 229.5)).norm(), 1.0);
+  EXPECT_LT(scene->object_x_m(), without->object_x_m() - 0.003);
+}
+
+TEST_F(VisionRig, RefusesAnotherSizeCameraFrameOrVersion) {
+  testing::Loopback bus;
+  VisionParams p = with_rig();
+  p.camera = "robot";
+  EXPECT_THROW(VisionNode(p, bus), ConfigError);
+  rig_.frame = image::Rig::Frame::camera;
+  EXPECT_THROW(VisionNode(with_rig(), bus), ConfigError);
+  rig_.frame = image::Rig::Frame::table;
+  image::Lens wide = rig_.cameras[0].camera.lens();
+  wide.width_px = 800;
+  rig_.cameras[0].camera = {wide, rig_.cameras[0].camera.R_CT(), rig_.cameras[0].camera.eye()};
+  VisionNode node(with_rig(), bus);
+  bus.send("image", picture("bgr8"), 1s);
+  node.step(1s);
+  EXPECT_FALSE(bus.take<v1::Blobs>("blobs"));
+}
+
+TEST_F(VisionRig, RefusesImagesLongAfterTheCalibration) {
+  testing::Loopback bus;
+  VisionParams p = with_rig();
+  p.rig_days = 30;
+  VisionNode node(p, bus);
+  const auto day = *model::day_number(rig_.date);
+  const auto seen = [&](int days) {
+    const auto stamp = std::chrono::days(day + days) + 5h;
+    bus.send("image", picture("bgr8"), stamp);
+    node.step(stamp);
+    return bus.take<v1::Blobs>("blobs").has_value();
+  };
+  EXPECT_TRUE(seen(0));
+  EXPECT_TRUE(seen(30));
+  EXPECT_FALSE(seen(31));
+  EXPECT_TRUE(seen(-day));  // simulated time
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace mimesis::vision {
+
+/// Look-up of the class of pixels, chosen at run time: with AVX2 eight pixels at a time, else one
+/// by one (`_scalar`: the reference, bit-identical).
+/// @param bgr    3 · pixels bytes
+/// @param cells  32768 classes by (B >> 3) | (G >> 3) << 5 | (R >> 3) << 10, and 3 bytes more that
+///   are read and ignored
+void look_up_bgr(const std::uint8_t* bgr, std::size_t pixels, const std::uint8_t* cells,
+                 std::uint8_t* labels);
+void look_up_bgr_scalar(const std::uint8_t* bgr, std::size_t pixels, const std::uint8_t* cells,
+                        std::uint8_t* labels);
+
+/// The same for a camera's YUYV: Y0 U Y1 V for two pixels.
+/// @param pixels even
+/// @param cells  65536 classes by (U >> 2) | (V >> 2) << 6 | (Y >> 4) << 12, and 3 bytes more
+void look_up_yuyv(const std::uint8_t* yuyv, std::size_t pixels, const std::uint8_t* cells,
+                  std::uint8_t* labels);
+void look_up_yuyv_scalar(const std::uint8_t* yuyv, std::size_t pixels, const std::uint8_t* cells,
+                         std::uint8_t* labels);
+
+/// Opening of all classes at once, 3x3: a pixel keeps its class if it lies in a square of 3x3
+/// pixels of this class; beyond the border everything is of its class. What an opening of each
+/// class's mask leaves.
+/// @param uniform scratch, width · height
+/// @param opened  width · height; not `labels`
+void open_labels(const std::uint8_t* labels, int width, int height, std::uint8_t* uniform,
+                 std::uint8_t* opened);
+
+}  // namespace mimesis::vision

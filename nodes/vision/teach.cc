@@ -1,0 +1,122 @@
+#include "nodes/vision/teach.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace mimesis::vision {
+namespace {
+
+using Eigen::Vector2d;
+
+double quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() +
+                  static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Median and scaled median deviation: a standard deviation that a few strangers do not change.
+std::pair<double, double> center_and_width(const std::vector<double>& values) {
+  const double middle = quantile(values, 0.5);
+  std::vector<double> off;
+  for (const double v : values) off.push_back(std::abs(v - middle));
+  return {middle, std::max(1.0, 1.4826 * quantile(off, 0.5))};
+}
+
+ColorSpot spot_of(const std::vector<Yuv>& pixels) {
+  constexpr double kFar = 3.0, kNoise = 2.5, kDarker = 0.5, kBrighter = 1.6;
+  std::vector<double> y, u, v;
+  for (const Yuv& p : pixels) {
+    y.push_back(p.y);
+    u.push_back(p.u);
+    v.push_back(p.v);
+  }
+  const auto [u_middle, u_width] = center_and_width(u);
+  const auto [v_middle, v_width] = center_and_width(v);
+  ColorSpot spot;
+  double count = 0.0;
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  const Vector2d middle(u_middle, v_middle);
+  Vector2d sum = Vector2d::Zero();
+  for (const Yuv& p : pixels) {
+    const Vector2d off = Vector2d(p.u, p.v) - middle;
+    if (std::abs(off.x()) > kFar * u_width || std::abs(off.y()) > kFar * v_width) continue;
+    sum += off;
+    squares += off * off.transpose();
+    ++count;
+  }
+  const Vector2d shift = sum / count;
+  spot.mean = middle + shift;
+  spot.covariance =
+      squares / count - shift * shift.transpose() + kNoise * kNoise * Eigen::Matrix2d::Identity();
+  // Shades and highlights have the same chroma; black and glare have none.
+  spot.y_min = std::max(25.0, kDarker * quantile(y, 0.1));
+  spot.y_max = std::min(255.0, kBrighter * quantile(y, 0.9));
+  return spot;
+}
+
+/// Distance of two spots in standard deviations of both together.
+double apart(const ColorSpot& a, const ColorSpot& b) {
+  const Vector2d off = a.mean - b.mean;
+  return std::sqrt(off.dot((a.covariance + b.covariance).inverse() * off));
+}
+
+}  // namespace
+
+tl::expected<Lesson, Status> teach(const image::Image& image,
+                                   std::span<const TaughtRegion> regions) {
+  constexpr int kFewest = 9;
+  constexpr double kAlike = 3.0;  // standard deviations
+  Lesson out;
+  std::array<std::vector<Yuv>, kKinds> pixels;
+  for (const TaughtRegion& r : regions) {
+    if (r.left < 0 || r.top < 0 || r.width < 1 || r.height < 1 || r.left > image.width - r.width ||
+        r.top > image.height - r.height) {
+      return tl::unexpected(Status{
+          fmt::format("{}: {}x{} pixels at ({}, {}) are not within the picture of {}x{}",
+                      name(r.kind), r.width, r.height, r.left, r.top, image.width, image.height)});
+    }
+    auto& to = pixels.at(static_cast<std::size_t>(r.kind));
+    for (int v = r.top; v < r.top + r.height; ++v) {
+      for (int u = r.left; u < r.left + r.width; ++u) {
+        const std::uint8_t* p = image.at(u, v);
+        to.push_back(to_yuv(p[0], p[1], p[2]));
+      }
+    }
+  }
+  for (std::size_t k = 1; k < kKinds; ++k) {
+    if (pixels[k].empty()) continue;
+    const auto kind = static_cast<Kind>(k);
+    if (pixels[k].size() < kFewest) {
+      return tl::unexpected(Status{fmt::format("{}: {} pixels are too few, expected {} or more",
+                                               name(kind), pixels[k].size(), kFewest)});
+    }
+    out.spots.of[k] = spot_of(pixels[k]);
+  }
+  out.reference_bgr = median_bgr(image);
+  const Yuv table = to_yuv(out.reference_bgr[0], out.reference_bgr[1], out.reference_bgr[2]);
+  for (std::size_t k = 1; k < kKinds; ++k) {
+    if (!out.spots.of[k]) continue;
+    const auto kind = static_cast<Kind>(k);
+    if (out.spots.of[k]->distance2(table) < kAlike * kAlike) {
+      out.warnings.push_back(
+          fmt::format("{} has the chroma of the table: choose a stronger colour", name(kind)));
+    }
+    for (std::size_t other = k + 1; other < kKinds; ++other) {
+      if (!out.spots.of[other]) continue;
+      const double distance = apart(*out.spots.of[k], *out.spots.of[other]);
+      if (distance < kAlike) {
+        out.warnings.push_back(
+            fmt::format("{} and {} are {:.1f} standard deviations apart, expected {} or more: they "
+                        "will be taken for each other",
+                        name(kind), name(static_cast<Kind>(other)), distance, kAlike));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace mimesis::vision

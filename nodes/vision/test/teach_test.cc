@@ -1,0 +1,128 @@
+#include "nodes/vision/teach.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace mimesis::vision {
+namespace {
+
+/// Patches of random colours on a grey table, with noise; patch k is at 20 + 100 k.
+struct Scene {
+  image::Image image{640, 240};
+  std::array<std::array<double, 3>, 4> colors{};
+};
+
+Scene scene(unsigned seed, double noise, double gain) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> grain(0.0, noise);
+  Scene out;
+  // Chromas a quarter of a turn apart, at an angle that nobody knows.
+  const double turn = std::uniform_real_distribution<double>(0.0, 1.5)(random);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double angle = turn + 1.5708 * static_cast<double>(k);
+    const double u = 45.0 * std::cos(angle), v = 45.0 * std::sin(angle), y = 120.0;
+    const double blue = y + u / 0.492, red = y + v / 0.877;
+    out.colors[k] = {blue, (y - 0.299 * red - 0.114 * blue) / 0.587, red};
+  }
+  for (int row = 0; row < 240; ++row) {
+    for (int column = 0; column < 640; ++column) {
+      const int patch =
+          row >= 60 && row < 160 && column % 100 >= 20 && column < 400 ? column / 100 : -1;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double value = patch < 0 ? 150.0 : out.colors[static_cast<std::size_t>(patch)][c];
+        out.image.at(column, row)[c] =
+            static_cast<std::uint8_t>(std::clamp(gain * value + grain(random) + 0.5, 0.0, 255.0));
+      }
+    }
+  }
+  return out;
+}
+
+const std::vector<TaughtRegion> kRegions{{Kind::hand, 30, 70, 50, 60},
+                                         {Kind::object, 130, 70, 30, 30},
+                                         {Kind::bridge, 240, 80, 11, 11},
+                                         {Kind::goal_low, 330, 70, 40, 80}};
+
+/// Share of wrong labels in the patches and outside of them, their edges left out.
+std::pair<double, double> mistakes(const ColorTable& table, const image::Image& image) {
+  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bridge, Kind::goal_low};
+  double missed = 0.0, inside = 0.0, wrong = 0.0, outside = 0.0;
+  for (int row = 0; row < 240; ++row) {
+    for (int column = 0; column < 640; ++column) {
+      const std::uint8_t* p = image.at(column, row);
+      const Kind label = table.label(p[0], p[1], p[2]);
+      if (row >= 62 && row < 158 && column % 100 >= 22 && column % 100 < 98 && column < 400) {
+        ++inside;
+        missed += label != kinds.at(static_cast<std::size_t>(column / 100)) ? 1.0 : 0.0;
+      } else if (row < 58 || row > 162) {
+        ++outside;
+        wrong += label != Kind::none ? 1.0 : 0.0;
+      }
+    }
+  }
+  return {missed / inside, wrong / outside};
+}
+
+TEST(Teach, FindsTheTaughtColoursInOtherPicturesAndLight) {
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    const auto lesson = teach(scene(seed, 6.0, 1.0).image, kRegions);
+    ASSERT_TRUE(lesson) << lesson.error().reason;
+    EXPECT_TRUE(lesson->warnings.empty()) << lesson->warnings.front();
+    ColorTable table(lesson->spots);
+    const auto [missed, wrong] = mistakes(table, scene(seed, 6.0, 1.0).image);
+    EXPECT_LT(missed, 0.03) << seed;
+    EXPECT_LT(wrong, 1e-4) << seed;
+    // The light meter brings the picture back to the light of the lesson.
+    const image::Image dim = scene(seed, 4.0, 0.65).image;
+    LightMeter meter(lesson->reference_bgr);
+    table.set_gain(meter.update(dim));
+    const auto [missed_dim, wrong_dim] = mistakes(table, dim);
+    EXPECT_LT(missed_dim, 0.05) << seed;
+    EXPECT_LT(wrong_dim, 1e-3) << seed;
+  }
+}
+
+TEST(Teach, AStrangerInTheRegionDoesNotWidenTheClass) {
+  Scene s = scene(5, 3.0, 1.0);
+  const auto clean = teach(s.image, kRegions);
+  for (int v = 70; v < 76; ++v) {  // a tenth of the hand's region shows the bridge's colour
+    for (int u = 30; u < 80; ++u) {
+      for (std::size_t c = 0; c < 3; ++c)
+        s.image.at(u, v)[c] = static_cast<std::uint8_t>(s.colors[2][c]);
+    }
+  }
+  const auto dirty = teach(s.image, kRegions);
+  ASSERT_TRUE(clean && dirty);
+  EXPECT_LT((dirty->spots.of[1]->mean - clean->spots.of[1]->mean).norm(), 1.0);
+  EXPECT_LT((dirty->spots.of[1]->covariance - clean->spots.of[1]->covariance).norm(), 8.0);
+}
+
+TEST(Teach, WarnsOfClassesThatLookAlike) {
+  const Scene s = scene(6, 3.0, 1.0);
+  std::vector<TaughtRegion> regions = kRegions;
+  regions.push_back({Kind::goal_high, 160, 110, 30, 40});  // the object's patch
+  const auto lesson = teach(s.image, regions);
+  ASSERT_TRUE(lesson);
+  ASSERT_EQ(lesson->warnings.size(), 1u);
+  EXPECT_NE(lesson->warnings[0].find("object and goal_high"), std::string::npos);
+  regions.back() = {Kind::goal_high, 500, 20, 40, 40};  // the table
+  const auto grey = teach(s.image, regions);
+  ASSERT_TRUE(grey);
+  EXPECT_NE(grey->warnings.at(0).find("goal_high has the chroma of the table"), std::string::npos);
+}
+
+TEST(Teach, RefusesRegionsThatAreNotThere) {
+  const Scene s = scene(7, 3.0, 1.0);
+  for (const TaughtRegion& region :
+       {TaughtRegion{Kind::hand, 600, 10, 50, 10}, TaughtRegion{Kind::hand, -1, 10, 20, 20},
+        TaughtRegion{Kind::hand, 10, 10, 0, 20}, TaughtRegion{Kind::hand, 10, 230, 20, 2000000000},
+        TaughtRegion{Kind::hand, 10, 10, 2, 4}}) {
+    const auto lesson = teach(s.image, std::span(&region, 1));
+    ASSERT_FALSE(lesson);
+    EXPECT_NE(lesson.error().reason.find("hand: "), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::vision

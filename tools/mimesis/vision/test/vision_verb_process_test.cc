@@ -1,0 +1,127 @@
+// `mimesis vision teach` as people call it, and the file that it writes.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "common/error.h"
+#include "common/image/image_file.h"
+#include "common/testing/process.h"
+#include "nodes/vision/files/colors_file.h"
+
+namespace mimesis::tool {
+namespace {
+
+namespace fs = std::filesystem;
+using vision::Kind;
+
+class Teach : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "mimesis-teach-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+    image::Image image(320, 240);  // a blue and a green patch on grey
+    std::mt19937 random(4);
+    for (int v = 0; v < 240; ++v) {
+      for (int u = 0; u < 320; ++u) {
+        const bool blue = u >= 40 && u < 100 && v >= 50 && v < 110,
+                   green = u >= 200 && u < 260 && v >= 50 && v < 110;
+        const std::array<int, 3> color = blue    ? std::array{205, 96, 38}
+                                         : green ? std::array{90, 200, 90}
+                                                 : std::array{145, 151, 155};
+        for (std::size_t c = 0; c < 3; ++c)
+          image.at(u, v)[c] =
+              static_cast<std::uint8_t>(color[c] + static_cast<int>(random() % 9) - 4);
+      }
+    }
+    ASSERT_TRUE(image::write_png(folder_ / "desk.png", image));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  int run(std::vector<std::string> words) {
+    words.insert(words.begin(), {"vision", "teach", (folder_ / "desk.png").string()});
+    testing::Process process("mimesis", words);
+    const int code = process.wait(std::chrono::seconds(60)).value_or(-1);
+    out_ = process.output();
+    err_ = process.errors();
+    return code;
+  }
+  /// The reader's complaint about the file with `from` replaced by `to`; "" if it takes it.
+  std::string complaint(const std::string& from, const std::string& to) {
+    std::string text = good_;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    std::ofstream(folder_ / "edited.yaml") << text.replace(at, from.size(), to);
+    try {
+      vision::load_colors(folder_ / "edited.yaml");
+    } catch (const ConfigError& e) {
+      return e.what();
+    }
+    return {};
+  }
+
+  fs::path folder_;
+  std::string out_, err_, good_;
+};
+
+TEST_F(Teach, WritesColoursThatAreReadAgain) {
+  const std::string file = folder_ / "colors.yaml", picture = folder_ / "seen.png";
+  ASSERT_EQ(run({"--region", "bridge=45,55,50,50", "--region", "object=230,80", "-o", file,
+                 "--picture", picture, "--json"}),
+            0)
+      << err_;
+  const auto report = nlohmann::json::parse(out_);
+  ASSERT_EQ(report["classes"].size(), 2u);
+  EXPECT_EQ(report["classes"][0]["name"], "object");
+  EXPECT_NEAR(report["classes"][0]["share"].get<double>(), 3600.0 / (320 * 240), 0.003);
+  EXPECT_TRUE(report["warnings"].empty());
+  EXPECT_TRUE(image::read_image(picture));
+  const vision::TaughtColors colors = vision::load_colors(file);
+  EXPECT_NEAR(colors.reference_bgr[0], 145.0, 1.0);
+  const vision::ColorTable table(colors.spots);
+  EXPECT_EQ(table.label(205, 96, 38), Kind::bridge);
+  EXPECT_EQ(table.label(90, 200, 90), Kind::object);
+  EXPECT_EQ(table.label(145, 151, 155), Kind::none);
+  EXPECT_EQ(table.label(124, 156, 214), Kind::none);  // skin was not taught
+
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  good_ = text.str();
+  EXPECT_EQ(complaint("mimesis-colors-1", "mimesis-colors-1"), "");
+  EXPECT_NE(complaint("colors-1", "colors-2")
+                .find("edited.yaml:2:9: format: expected one of mimesis-colors-1"),
+            std::string::npos);
+  EXPECT_NE(complaint("name: \"bridge\"", "name: object").find("'object' is there twice"),
+            std::string::npos);
+  EXPECT_NE(complaint("name: \"bridge\"", "name: brigde")
+                .find("no class 'brigde', did you mean 'bridge'?"),
+            std::string::npos);
+  EXPECT_NE(complaint("u_deviation", "u_dev").find("unknown parameter"), std::string::npos);
+  EXPECT_NE(complaint("correlation: ", "correlation: 7 #").find("7 is outside [-0.99, 0.99]"),
+            std::string::npos);
+  EXPECT_NE(complaint("classes:", "classes: []\nrest:").find("classes: there is none"),
+            std::string::npos);
+}
+
+TEST_F(Teach, MistakesAreToldInOneLine) {
+  EXPECT_EQ(run({"--region", "brigde=45,55,50,50"}), 2);
+  EXPECT_NE(err_.find("--region brigde=45,55,50,50: no class 'brigde', did you mean 'bridge'?"),
+            std::string::npos)
+      << err_;
+  for (const char* wrong :
+       {"bridge", "bridge=", "bridge=1,2,3", "bridge=1,2,3,4,5", "bridge=a,2", "=1,2"}) {
+    EXPECT_EQ(run({"--region", wrong}), 2) << wrong;
+    EXPECT_NE(err_.find(std::string("--region ") + wrong + ": "), std::string::npos) << err_;
+  }
+  EXPECT_EQ(run({"--region", "bridge=300,55,50,50"}), 2);
+  EXPECT_NE(err_.find("are not within the picture of 320x240"), std::string::npos) << err_;
+  EXPECT_EQ(run({"--region", "hand=10,10,30,20"}), 0);  // the table is no hand, but who knows
+  EXPECT_NE(err_.find("hand has the chroma of the table"), std::string::npos) << err_;
+}
+
+}  // namespace
+}  // namespace mimesis::tool
