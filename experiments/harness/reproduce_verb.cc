@@ -19,6 +19,7 @@
 #include "experiments/fields/figures.h"
 #include "experiments/harness/figure.h"
 #include "experiments/motion/figures.h"
+#include "experiments/sight/figures.h"
 #include "experiments/walk/figures.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
@@ -43,6 +44,7 @@ std::vector<Figure> all_figures() {
   std::ranges::move(crowd::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));
   std::ranges::move(walk::films(), std::back_inserter(all));
+  std::ranges::move(sight::figures(), std::back_inserter(all));
   return all;
 }
 
