@@ -41,10 +41,10 @@ std::vector<Figure> all_figures() {
   std::vector<Figure> all;
   std::ranges::move(cognition::figures(), std::back_inserter(all));
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
-  std::ranges::move(vision::figures(), std::back_inserter(all));
   std::ranges::move(crowd::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));
   std::ranges::move(walk::films(), std::back_inserter(all));
+  std::ranges::move(sight::figures(), std::back_inserter(all));
   return all;
 }
 

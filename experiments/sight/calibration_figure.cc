@@ -1,10 +1,9 @@
-#include "experiments/sight/figures.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "common/image/image_file.h"
 #include "common/shared_data.h"
+#include "experiments/sight/figures.h"
 #include "tools/mimesis/calibrate/calibration_pictures.h"
 
 namespace mimesis::vision {
@@ -132,12 +131,12 @@ Report stereo_calibration(const PlotDir& dir) {
 
 }  // namespace
 
-std::vector<reproduce::Figure> figures() {
-  return {{.name = "stereo-calibration",
-           .title = "A real stereo pair calibrated from 13 positions of a board",
-           .source = "M18",
-           .rows = {.closed_form = 1, .prototype = 2, .goal = 8},
-           .compute = stereo_calibration}};
+reproduce::Figure stereo_calibration_figure() {
+  return {.name = "stereo-calibration",
+          .title = "A real stereo pair calibrated from 13 positions of a board",
+          .source = "M18",
+          .rows = {.closed_form = 1, .prototype = 2, .goal = 8},
+          .compute = stereo_calibration};
 }
 
 }  // namespace mimesis::vision

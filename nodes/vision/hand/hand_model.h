@@ -1,0 +1,56 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <numbers>
+
+namespace mimesis::vision {
+
+inline constexpr std::size_t kHandJoints = 20;
+inline constexpr std::size_t kHandCapsules = 21;  ///< the last one is the forearm
+
+/// State of a hand: 26 degrees of freedom, and the wrist's two, by which the forearm is known from
+/// the hand. Frame H of the hand: origin halfway between wrist and middle knuckle, x towards this
+/// knuckle, z out of the palm; y = z × x points to the thumb of a left hand.
+struct HandPose {
+  Eigen::Vector3d p_CH = Eigen::Vector3d::Zero();      ///< in the frame of the first camera [m]
+  Eigen::Matrix3d R_CH = Eigen::Matrix3d::Identity();  ///< orientation in that frame
+  /// Thumb: abduction, flexion across the palm, MCP, IP; index, middle, ring, little: spread
+  /// (+ towards the thumb), MCP, PIP, DIP. Flexion is positive.
+  std::array<double, kHandJoints> joint_rad{};
+  std::array<double, 2> wrist_rad{};  ///< flexion, deviation of the forearm
+};
+
+/// Range of a joint and its angle in a hand at rest [rad].
+struct JointRange {
+  double least, most, rest;
+};
+/// Ranges of the fingers: Lin, Wu & Huang 2000, "Modeling the constraints of human hand motion";
+/// the thumb's are ours.
+const std::array<JointRange, kHandJoints>& hand_joint_ranges();
+
+/// Part of a hand: cone between two balls, frame of the first camera [m].
+struct Capsule {
+  Eigen::Vector3f a, b;
+  float radius_a, radius_b;
+};
+using HandCapsules = std::array<Capsule, kHandCapsules>;
+
+/// Kinematics of a hand of given length (wrist crease to tip of the middle finger). Bones are
+/// shares of it after Buchholz, Armstrong & Goldstein, Ergonomics 35(3):261-273, 1992.
+class HandModel {
+ public:
+  HandModel(bool left, double length_m) : side_(left ? 1.0 : -1.0), length_m_(length_m) {}
+
+  double length_m() const { return length_m_; }
+  void set_length_m(double length_m) { length_m_ = length_m; }
+  /// Does not allocate.
+  void capsules(const HandPose& pose, HandCapsules& out) const;
+  /// Tips of thumb, index, middle, ring and little finger in the frame of the first camera [m].
+  std::array<Eigen::Vector3d, 5> tips(const HandPose& pose) const;
+
+ private:
+  double side_;  ///< + : thumb at +y
+  double length_m_;
+};
+
+}  // namespace mimesis::vision

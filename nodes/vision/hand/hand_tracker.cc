@@ -1,0 +1,412 @@
+#include "nodes/vision/hand/hand_tracker.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+
+namespace mimesis::vision {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix4d;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+
+constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
+
+// Coordinates of the search: translation, rotation, joints, wrist, logarithm of the length.
+constexpr std::size_t kAtJoints = 6, kAtWrist = kAtJoints + kHandJoints, kAtLength = kAtWrist + 2;
+constexpr int kMono = static_cast<int>(kAtLength), kStereo = kMono + 1;
+
+/// Steps that matter about equally: the motion of a quick hand between two pictures.
+struct Steps {
+  std::array<double, kAtLength + 1> size{};
+  Steps() {
+    size[0] = size[1] = 0.005;
+    size[2] = 0.008;
+    for (std::size_t i = 3; i < 6; ++i) size[i] = radians(5);
+    for (std::size_t j = 0; j < kHandJoints; ++j) {
+      const bool spread = j >= 4 && j % 4 == 0;
+      size[kAtJoints + j] = spread ? radians(3) : j % 4 == 3 ? radians(6) : radians(8);
+    }
+    size[kAtWrist] = size[kAtWrist + 1] = radians(5);
+    size[kAtLength] = 0.005;
+  }
+};
+const Steps kSteps;
+
+constexpr double kLostBelow = 0.6;                      // share of the usual score
+constexpr double kJump = 0.1;                           // gain of cost that makes a digit jump
+constexpr double kFineSigma = 0.5, kCoarseSigma = 2.0;  // of the first generation, in steps
+constexpr double kForget = 0.05;  // share of the covariance that is forgotten between pictures
+constexpr double kGuess_m = 0.03, kGuess_rad = 0.38;  // standard deviation of a guess
+constexpr double kLengthRate = 0.3;                   // share of the length's step that is believed
+constexpr int kCoarse = 16;                           // population of the coarse search
+constexpr int kPatience = 2;  // pictures without the hand before it is sought elsewhere
+
+/// Postures that a digit may have jumped to, since the search does not find the way there when the
+/// digit hides behind others: as shares of each joint's range.
+constexpr std::array<std::array<double, 4>, 5> kFingerPostures{{{0.5, 0.1, 0.08, 0.08},
+                                                                {0.5, 0.75, 0.2, 0.2},
+                                                                {0.5, 0.3, 0.7, 0.55},
+                                                                {0.5, 0.75, 0.75, 0.6},
+                                                                {0.5, 0.45, 0.4, 0.3}}};
+constexpr std::array<std::array<double, 4>, 5> kThumbPostures{{{0.15, 0.2, 0.25, 0.2},
+                                                               {0.7, 0.3, 0.3, 0.3},
+                                                               {0.4, 0.75, 0.5, 0.4},
+                                                               {0.75, 0.7, 0.7, 0.6},
+                                                               {0.3, 0.5, 0.3, 0.3}}};
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::Pinhole> cameras)
+    : setup_(setup),
+      model_(setup.left, setup.length_m),
+      eye_T_(cameras.empty() ? Vector3d::Zero() : cameras[0].eye()),
+      R_TC_(cameras.empty() ? Matrix3d::Identity() : Matrix3d(cameras[0].R_CT().transpose())),
+      dimensions_(cameras.size() == 2 ? kStereo : kMono),
+      fine_(dimensions_, setup.population, setup.seed),
+      coarse_(dimensions_, kCoarse, setup.seed + 1),
+      random_(setup.seed + 2) {
+  if (cameras.empty() || cameras.size() > 2) {
+    throw ConfigError("hand tracker: expected one or two cameras");
+  }
+  for (const image::Pinhole& c : cameras) {
+    if (c.width() != cameras[0].width() || c.height() != cameras[0].height()) {
+      throw ConfigError("hand tracker: pictures of both cameras must have the same size");
+    }
+    SkinDensity density(c.width(), c.height());
+    const int w = density.raster_width(), h = density.raster_height();
+    Eye eye(std::move(density), w, h);
+    const Vector3d ahead = c.eye() + c.R_CT().row(2).transpose();
+    const double focal = c.scale(ahead), shrink = 1.0 / density.factor();
+    const Eigen::Vector2d middle = c.project(ahead);
+    eye.camera.R = (c.R_CT() * R_TC_).cast<float>();
+    eye.camera.t = (c.R_CT() * (eye_T_ - c.eye())).cast<float>();
+    eye.camera.focal = static_cast<float>(focal * shrink);
+    eye.camera.cu = static_cast<float>((middle.x() + 0.5) * shrink - 0.5);
+    eye.camera.cv = static_cast<float>((middle.y() + 0.5) * shrink - 0.5);
+    eye.evidence.resize(w, h);
+    for (auto* n : {&eye.nx, &eye.ny, &eye.nz}) n->resize(eye.evidence.luma.size());
+    eyes_.push_back(std::move(eye));
+  }
+  costs_.resize(static_cast<std::size_t>(std::max(setup.population, kCoarse)));
+  zero_.resize(static_cast<std::size_t>(dimensions_));
+  best_.resize(zero_.size());
+  estimate_.length_m = setup.length_m;
+}
+
+HandPose HandTracker::from_T(const Vector3d& p_TH, const Matrix3d& R_TH) const {
+  HandPose pose;
+  pose.p_CH = R_TC_.transpose() * (p_TH - eye_T_);
+  pose.R_CH = R_TC_.transpose() * R_TH;
+  for (std::size_t j = 0; j < kHandJoints; ++j) pose.joint_rad[j] = hand_joint_ranges()[j].rest;
+  return pose;
+}
+
+void HandTracker::start(const HandPose& guess) {
+  MIMESIS_ASSERT(guess.p_CH.z() > 0.05);
+  estimate_.pose = last_ = guess;
+  begun_ = moving_ = false;
+  lost_ = 0;
+  usual_score_ = 0.0;
+  depth_m_ = guess.p_CH.z();
+  for (Eye& eye : eyes_) {
+    eye.shading = {};
+    eye.normals.setZero();
+    eye.with_luma.setZero();
+    eye.luma2 = 0.0;
+  }
+}
+
+HandPose HandTracker::moved(const HandPose& from, std::span<const double> x) const {
+  const auto& s = kSteps.size;
+  HandPose to = from;
+  // along the line of sight and across it: the depth is what one camera knows least
+  to.p_CH += Vector3d(s[0] * x[0], s[1] * x[1], 0.0) + s[2] * x[2] * from.p_CH.normalized();
+  to.R_CH = from.R_CH * math::exp_so3(Vector3d(s[3] * x[3], s[4] * x[4], s[5] * x[5]));
+  for (std::size_t j = 0; j < kHandJoints; ++j) {
+    const JointRange& range = hand_joint_ranges()[j];
+    to.joint_rad[j] = std::clamp(from.joint_rad[j] + s[kAtJoints + j] * x[kAtJoints + j],
+                                 range.least, range.most);
+  }
+  for (std::size_t j = 0; j < 2; ++j) {
+    to.wrist_rad[j] = std::clamp(from.wrist_rad[j] + s[kAtWrist + j] * x[kAtWrist + j],
+                                 -radians(70), radians(70));
+  }
+  return to;
+}
+
+double HandTracker::cost(const HandPose& from, std::span<const double> x) {
+  const HandPose pose = moved(from, x);
+  if (dimensions_ == kStereo) {
+    model_.set_length_m(estimate_.length_m * std::exp(kSteps.size[kAtLength] * x[kAtLength]));
+  }
+  model_.capsules(pose, capsules_);
+  double evidence = 0.0;
+  for (Eye& eye : eyes_) {
+    const Match m = eye.raster.match(capsules_, eye.camera, eye.evidence, eye.shading);
+    evidence += m.ratio + setup_.shading_weight * m.shading + setup_.forearm_weight * m.forearm;
+  }
+  double motion = 0.0, beyond = 0.0, habit = 0.0;
+  if (seeking_) {  // how far off the guess is; nothing is known of the joints
+    const double turn2 = 3.0 - (anchor_.R_CH.transpose() * pose.R_CH).trace();  // angle², about
+    motion =
+        (pose.p_CH - anchor_.p_CH).squaredNorm() / square(kGuess_m) + turn2 / square(kGuess_rad);
+  } else {
+    for (const double step : x) motion += setup_.motion_weight * square(step);
+  }
+  for (std::size_t j = 0; j < kHandJoints; ++j) {
+    const double wished = from.joint_rad[j] + kSteps.size[kAtJoints + j] * x[kAtJoints + j];
+    beyond += square((wished - pose.joint_rad[j]) / radians(4));
+    habit += square((pose.joint_rad[j] - hand_joint_ranges()[j].rest) / radians(40));
+  }
+  for (std::size_t i = 1; i < 5; ++i) {
+    const double* q = pose.joint_rad.data() + 4 * i;
+    habit +=
+        square((q[3] - 2.0 / 3.0 * q[2]) / radians(12));  // the end joint follows the middle one
+    habit += square(q[0] / radians(8));
+    if (i > 1) habit += square((q[1] - q[-3]) / radians(40)) + square((q[2] - q[-2]) / radians(40));
+  }
+  if (setup_.depth_sd_m > 0.0) {  // beyond, steeply: a hand that swallows the forearm looks near
+    const double off = square((pose.p_CH.z() - depth_m_) / setup_.depth_sd_m);
+    habit += off + 0.2 * square(off);
+  }
+  habit += square(pose.wrist_rad[0] / radians(40)) + square(pose.wrist_rad[1] / radians(25));
+  return -setup_.evidence_weight * evidence + 0.5 * (motion + beyond + setup_.habit_weight * habit);
+}
+
+void HandTracker::try_postures(HandPose& pose) {
+  double least = cost(pose, zero_);
+  for (std::size_t digit = 0; digit < 5; ++digit) {
+    for (const auto& posture : digit == 0 ? kThumbPostures : kFingerPostures) {
+      HandPose other = pose;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const JointRange& range = hand_joint_ranges()[4 * digit + k];
+        other.joint_rad[4 * digit + k] = range.least + posture[k] * (range.most - range.least);
+      }
+      const double value = cost(other, zero_);
+      if (value >= least - kJump) continue;
+      least = value;
+      pose = other;
+    }
+  }
+}
+
+double HandTracker::search(HandPose& around, CmaEs& cma, int generations, double sigma,
+                           bool resume) {
+  if (resume) {
+    cma.resume(zero_, sigma, kForget);
+  } else {
+    cma.start(zero_, sigma);
+  }
+  double best = cost(around, zero_);
+  std::copy(zero_.begin(), zero_.end(), best_.begin());
+  const auto consider = [&](std::span<const double> x, double value) {
+    if (value >= best) return;
+    best = value;
+    std::copy(x.begin(), x.end(), best_.begin());
+  };
+  for (int g = 0; g < generations; ++g) {
+    cma.ask();
+    for (int k = 0; k < cma.population(); ++k) {
+      const double value = cost(around, cma.candidate(k));
+      costs_[static_cast<std::size_t>(k)] = value;
+      consider(cma.candidate(k), value);
+    }
+    cma.tell(std::span(costs_).first(static_cast<std::size_t>(cma.population())));
+  }
+  consider(cma.mean(), cost(around, cma.mean()));
+  around = moved(around, best_);
+  return best;
+}
+
+double HandTracker::mean_ratio(const HandPose& pose) {
+  model_.set_length_m(estimate_.length_m);
+  model_.capsules(pose, capsules_);
+  double sum = 0.0, area = 0.0;
+  for (Eye& eye : eyes_) {
+    const Match m = eye.raster.match(capsules_, eye.camera, eye.evidence, eye.shading);
+    sum += m.ratio;
+    area += m.area;
+  }
+  return area > 0.0 ? sum / area : -1.0;
+}
+
+HandPose HandTracker::perturbed(const HandPose& from, double distance_m, double angle_rad) {
+  const auto uniform = [this](double most) {
+    return most * (2.0 * static_cast<double>(random_() >> 11) * 0x1.0p-53 - 1.0);
+  };
+  HandPose pose = from;
+  pose.p_CH += Vector3d(uniform(distance_m), uniform(distance_m), uniform(distance_m));
+  const Vector3d turn(uniform(angle_rad), uniform(angle_rad), uniform(angle_rad));
+  pose.R_CH = pose.R_CH * math::exp_so3(turn);
+  return pose;
+}
+
+void HandTracker::close_fingers(HandPose& pose, double share) const {
+  for (std::size_t j = 4; j < kHandJoints; ++j) {
+    const JointRange& range = hand_joint_ranges()[j];
+    if (j % 4 != 0) pose.joint_rad[j] = std::max(0.0, range.least) + 0.9 * share * range.most;
+  }
+}
+
+/// Seeks the hand around the last pose: several short searches, the best of which are refined. At
+/// the start more of them, and from an open hand, a half closed one and a fist.
+void HandTracker::relocate() {
+  constexpr std::size_t kRefined = 4;
+  const int tries = begun_ ? 6 : 24, generations = begun_ ? 14 : 40;
+  const std::size_t refined = begun_ ? 1 : kRefined;
+  const double distance = std::min(0.03 + 0.002 * lost_, 0.08);
+  const double angle = radians(std::min(20.0 + lost_, 40.0));
+  std::array<HandPose, kRefined> best;
+  std::array<double, kRefined> least;
+  least.fill(INFINITY);
+  seeking_ = true;
+  anchor_ = estimate_.pose;
+  for (int k = 0; k < tries; ++k) {
+    HandPose pose = k == 0 ? estimate_.pose : perturbed(estimate_.pose, distance, angle);
+    if (!begun_) close_fingers(pose, 0.15 + 0.35 * (k % 3));
+    try_postures(pose);
+    double found = search(pose, coarse_, generations, kCoarseSigma, false);
+    for (std::size_t i = 0; i < refined; ++i) {  // sorted, best first
+      if (found >= least[i]) continue;
+      std::swap(found, least[i]);
+      std::swap(pose, best[i]);
+    }
+  }
+  double lowest = INFINITY;
+  for (std::size_t i = 0; i < refined; ++i) {
+    try_postures(best[i]);
+    search(best[i], fine_, begun_ ? setup_.generations : 2 * setup_.generations, 1.0, false);
+    const double found = cost(best[i], zero_);
+    if (found >= lowest) continue;
+    lowest = found;
+    estimate_.pose = best[i];
+  }
+  seeking_ = false;
+}
+
+void HandTracker::learn_shading(Eye& eye, double rate) {
+  // Normals of the fitted hand: the luma expected of a light along each axis.
+  Shading axis;
+  for (std::size_t k = 0; k < 3; ++k) {
+    axis.slope = Eigen::Vector3f::Unit(static_cast<int>(k));
+    eye.raster.match(capsules_, eye.camera, eye.evidence, axis);
+    auto& to = k == 0 ? eye.nx : k == 1 ? eye.ny : eye.nz;
+    std::copy(eye.raster.expected().begin(), eye.raster.expected().end(), to.begin());
+  }
+  const double keep = 1.0 - rate;
+  eye.normals *= keep;
+  eye.with_luma *= keep;
+  eye.luma2 *= keep;
+  const HandRaster::Window& w = eye.raster.window();
+  for (int v = w.v0; v < w.v1; ++v) {
+    for (int u = w.u0; u < w.u1; ++u) {
+      const auto i = static_cast<std::size_t>(v * eye.evidence.stride + u);
+      if (eye.raster.covered()[i] < 0.95f || eye.evidence.ratio[i] < 0.0f) continue;
+      const double y = static_cast<double>(eye.evidence.luma[i]);
+      const Vector4d n(1.0, static_cast<double>(eye.nx[i]), static_cast<double>(eye.ny[i]),
+                       static_cast<double>(eye.nz[i]));
+      eye.normals.noalias() += n * n.transpose();
+      eye.with_luma += y * n;
+      eye.luma2 += y * y;
+    }
+  }
+  const double count = eye.normals(0, 0);
+  if (count < 50.0) return;
+  Matrix4d regular = eye.normals;
+  for (int k = 1; k < 4; ++k) regular(k, k) += 0.02 * count;
+  const Vector4d law = regular.llt().solve(eye.with_luma);
+  const double mean = eye.with_luma[0] / count;
+  const double total = eye.luma2 / count - square(mean);
+  const double rest =
+      (eye.luma2 - 2.0 * law.dot(eye.with_luma) + law.dot(eye.normals * law)) / count;
+  constexpr double kLeast = 16.0;  // variance of noise and texture at least
+  eye.shading.bias = static_cast<float>(law[0]);
+  eye.shading.slope = law.tail<3>().cast<float>();
+  eye.shading.mean = static_cast<float>(mean);
+  eye.shading.weight = static_cast<float>(0.5 / std::max(rest, kLeast));
+  eye.shading.weight_mean = static_cast<float>(0.5 / std::max(total, kLeast));
+}
+
+void HandTracker::learn(double rate) {
+  model_.set_length_m(estimate_.length_m);
+  model_.capsules(estimate_.pose, capsules_);
+  for (Eye& eye : eyes_) {
+    eye.raster.match(capsules_, eye.camera, eye.evidence, eye.shading);
+    eye.density.learn(eye.raster, rate);
+    learn_shading(eye, rate);
+  }
+}
+
+const HandEstimate& HandTracker::step(std::span<const image::Image* const> images) {
+  MIMESIS_ASSERT(images.size() == eyes_.size());
+  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+    Eye& eye = eyes_[k];
+    eye.density.read(*images[k], eye.evidence);
+    if (!begun_) {
+      const Eigen::Vector3f p = eye.camera.R * estimate_.pose.p_CH.cast<float>() + eye.camera.t;
+      const float scale = eye.camera.focal / p.z();
+      eye.density.begin(eye.camera.cu + scale * p.x(), eye.camera.cv + scale * p.y(),
+                        0.7f * static_cast<float>(estimate_.length_m) * scale);
+    }
+    eye.density.judge(eye.evidence);
+  }
+  if (!begun_) {
+    relocate();
+    learn(1.0);
+    for (Eye& eye : eyes_) eye.density.judge(eye.evidence);
+    seeking_ = true;
+    search(estimate_.pose, fine_, 2 * setup_.generations, 1.0, false);
+    seeking_ = false;
+    learn(1.0);
+    usual_score_ = estimate_.score = mean_ratio(estimate_.pose);
+    last_ = estimate_.pose;
+    begun_ = true;
+    estimate_.found = true;
+    return estimate_;
+  }
+
+  HandPose pose = estimate_.pose;
+  if (moving_ && lost_ == 0) {
+    pose.p_CH += setup_.momentum * (pose.p_CH - last_.p_CH);
+    pose.R_CH =
+        pose.R_CH * math::exp_so3(setup_.momentum *
+                                  math::log_so3(Matrix3d(last_.R_CH.transpose() * pose.R_CH)));
+  }
+  const HandPose before = estimate_.pose;
+  double length_step = 0.0;
+  if (lost_ <= kPatience) {
+    try_postures(pose);
+    search(pose, fine_, setup_.generations, kFineSigma, true);
+    if (dimensions_ == kStereo) length_step = kSteps.size[kAtLength] * best_[kAtLength];
+  } else {
+    relocate();
+    pose = estimate_.pose;
+  }
+  estimate_.score = mean_ratio(pose);
+  estimate_.likeness = estimate_.score / std::max(usual_score_, 0.1);
+  estimate_.found = estimate_.likeness > kLostBelow;
+  if (!estimate_.found) {
+    estimate_.pose = before;
+    moving_ = false;
+    ++lost_;
+    return estimate_;
+  }
+  estimate_.pose = pose;
+  last_ = before;
+  moving_ = lost_ == 0;
+  lost_ = 0;
+  estimate_.length_m *= std::exp(kLengthRate * length_step);
+  usual_score_ += setup_.learning_rate * (estimate_.score - usual_score_);
+  learn(setup_.learning_rate);
+  return estimate_;
+}
+
+}  // namespace mimesis::vision

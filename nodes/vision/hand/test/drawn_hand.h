@@ -1,0 +1,51 @@
+#pragma once
+#include <algorithm>
+
+#include "nodes/vision/hand/hand_tracker.h"
+
+namespace mimesis::vision {
+
+/// Pictures of the tracker's own model, lit from above: for what needs no independent truth.
+class DrawnHand {
+ public:
+  explicit DrawnHand(const image::View& view) : pinhole(view), raster_(160, 120) {
+    evidence_.resize(160, 120);
+    camera_.focal = static_cast<float>(view.focal_px / 4.0);
+    camera_.cu = 79.5f;
+    camera_.cv = 59.5f;
+  }
+  /// @param first  the camera whose frame the pose refers to
+  image::Image draw(const HandModel& model, const HandPose& pose, const image::Pinhole& first) {
+    HandCapsules capsules;
+    model.capsules(pose, capsules);
+    camera_.R = (pinhole.R_CT() * first.R_CT().transpose()).cast<float>();
+    camera_.t = (pinhole.R_CT() * (first.eye() - pinhole.eye())).cast<float>();
+    Shading shading;
+    shading.bias = 0.7f;
+    shading.slope = {0.0f, -0.25f, -0.1f};
+    raster_.match(capsules, camera_, evidence_, shading);
+    image::Image out(640, 480);
+    for (int v = 0; v < 480; ++v) {
+      for (int u = 0; u < 640; ++u) {
+        const auto at = static_cast<std::size_t>(v / 4 * evidence_.stride + u / 4);
+        const float on = raster_.covered()[at], light = raster_.expected()[at];
+        const std::array<float, 3> skin{110.0f, 140.0f, 210.0f}, wall{150.0f, 140.0f, 120.0f};
+        for (int c = 0; c < 3; ++c) {
+          const auto k = static_cast<std::size_t>(c);
+          const float value = on * light * skin[k] + (1.0f - on) * wall[k];
+          out.at(u, v)[c] = static_cast<std::uint8_t>(std::clamp(value, 0.0f, 255.0f));
+        }
+      }
+    }
+    return out;
+  }
+
+  image::Pinhole pinhole;
+
+ private:
+  HandRaster raster_;
+  RasterCamera camera_;
+  Evidence evidence_;
+};
+
+}  // namespace mimesis::vision

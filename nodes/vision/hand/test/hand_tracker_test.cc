@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/vision/hand/test/drawn_hand.h"
+
+namespace mimesis::vision {
+namespace {
+
+using Eigen::Vector3d;
+
+const image::View kFirst{{0.1, 0.3, 0.7}, {0.1, 0.25, 0.0}, 560.0, 640, 480};
+const image::View kSecond{{0.24, 0.3, 0.7}, {0.14, 0.25, 0.0}, 580.0, 640, 480};
+
+/// A slowly moving hand of the tracker's own shape.
+HandPose moving(int frame) {
+  HandPose pose;
+  const double s = 0.02 * frame;
+  pose.p_CH = {0.02 + 0.1 * s, -0.01, 0.6 + 0.05 * s};
+  Eigen::Matrix3d base;  // fingers to the right, palm to the camera
+  base << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+  pose.R_CH = math::exp_so3(Vector3d(0.1, 0.3 * s, 0.5 * s)) * base;
+  for (std::size_t j = 0; j < kHandJoints; ++j) {
+    pose.joint_rad[j] =
+        hand_joint_ranges()[j].rest * (1.0 + 0.4 * std::sin(s + static_cast<double>(j)));
+  }
+  return pose;
+}
+
+struct Outcome {
+  double across_m, along_m, turn_rad, length_m;
+  HandEstimate last;
+};
+
+Outcome run(int cameras, std::uint64_t seed, double told_m, int frames) {
+  DrawnHand first(kFirst), second(kSecond);
+  const HandModel model(true, 0.18);
+  std::vector<image::Pinhole> pinholes{first.pinhole};
+  if (cameras == 2) pinholes.push_back(second.pinhole);
+  HandTracker tracker({.left = true, .length_m = told_m, .seed = seed}, pinholes);
+  HandPose guess = moving(0);
+  guess.p_CH += Vector3d(0.012, -0.01, 0.015);
+  guess.R_CH = guess.R_CH * math::exp_so3(Vector3d(0.15, 0.0, -0.2));
+  tracker.start(guess);
+  for (int f = 0; f < frames; ++f) {
+    const image::Image a = first.draw(model, moving(f), first.pinhole);
+    const image::Image b = second.draw(model, moving(f), first.pinhole);
+    const std::array<const image::Image*, 2> images{&a, &b};
+    const testing::NoMalloc guard;
+    tracker.step(std::span(images).first(static_cast<std::size_t>(cameras)));
+  }
+  const HandPose truth = moving(frames - 1);
+  const HandEstimate& e = tracker.estimate();
+  const Vector3d error = e.pose.p_CH - truth.p_CH;
+  return {error.head<2>().norm(), std::abs(error.z()),
+          math::log_so3(Eigen::Matrix3d(truth.R_CH.transpose() * e.pose.R_CH)).norm(), e.length_m,
+          e};
+}
+
+TEST(HandTracker, FollowsItsOwnModel) {
+  const Outcome mono = run(1, 1, 0.18, 12);
+  EXPECT_TRUE(mono.last.found);
+  EXPECT_LT(mono.across_m, 0.004);
+  EXPECT_LT(mono.along_m, 0.02);
+  EXPECT_LT(mono.turn_rad, 0.2);
+  const Outcome stereo = run(2, 1, 0.18, 12);
+  EXPECT_LT(stereo.across_m, 0.004);
+  EXPECT_LT(stereo.along_m, 0.005);
+}
+
+TEST(HandTracker, TwoCamerasCorrectTheLength) {
+  const Outcome stereo = run(2, 1, 0.18 * 1.08, 30);
+  EXPECT_LT(std::abs(stereo.length_m / 0.18 - 1.0), 0.05);
+  EXPECT_EQ(run(1, 1, 0.18 * 1.08, 3).length_m, 0.18 * 1.08);  // one cannot
+}
+
+TEST(HandTracker, SameInputsSameBits) {
+  const Outcome a = run(1, 5, 0.18, 3), b = run(1, 5, 0.18, 3);
+  EXPECT_EQ(a.last.pose.p_CH, b.last.pose.p_CH);
+  EXPECT_EQ(a.last.pose.R_CH, b.last.pose.R_CH);
+  EXPECT_EQ(a.last.pose.joint_rad, b.last.pose.joint_rad);
+  EXPECT_EQ(a.last.score, b.last.score);
+  EXPECT_NE(a.last.score, run(1, 6, 0.18, 3).last.score);
+}
+
+TEST(HandTracker, SaysThatTheHandIsGoneAndKeepsItsPose) {
+  DrawnHand drawn(kFirst);
+  const HandModel model(true, 0.18);
+  HandTracker tracker({.left = true, .length_m = 0.18}, std::span(&drawn.pinhole, 1));
+  tracker.start(moving(0));
+  const image::Image hand = drawn.draw(model, moving(0), drawn.pinhole);
+  image::Image empty(640, 480);
+  std::fill(empty.bgr.begin(), empty.bgr.end(), std::uint8_t{128});
+  const auto step = [&](const image::Image& i) {
+    const std::array<const image::Image*, 1> one{&i};
+    return tracker.step(one).found;
+  };
+  EXPECT_TRUE(step(hand));
+  EXPECT_TRUE(step(hand));
+  const Vector3d before = tracker.estimate().pose.p_CH;
+  for (int k = 0; k < 4; ++k) EXPECT_FALSE(step(empty));
+  EXPECT_LT((tracker.estimate().pose.p_CH - before).norm(), 1e-12);
+  EXPECT_TRUE(step(hand));
+}
+
+TEST(HandTracker, SpeaksOfPosesInTheFrameOfTheCalibration) {
+  const image::Pinhole camera(kFirst);
+  HandTracker tracker({}, std::span(&camera, 1));
+  const Vector3d p(0.12, 0.2, 0.03);
+  const Eigen::Matrix3d R = math::exp_so3(Vector3d(0.3, 0.2, -1.0));
+  tracker.start(tracker.from_T(p, R));
+  EXPECT_LT((tracker.p_TH() - p).norm(), 1e-12);
+  EXPECT_LT((tracker.R_TH() - R).norm(), 1e-12);
+}
+
+TEST(HandTracker, RefusesThreeCamerasAndPicturesOfTwoSizes) {
+  const image::Pinhole a(kFirst);
+  image::View small = kSecond;
+  small.width_px = 320;
+  small.height_px = 240;
+  const std::vector<image::Pinhole> three{a, a, a}, mixed{a, image::Pinhole(small)};
+  EXPECT_THROW(HandTracker({}, three), ConfigError);
+  EXPECT_THROW(HandTracker({}, mixed), ConfigError);
+  EXPECT_THROW(HandTracker({}, {}), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::vision
