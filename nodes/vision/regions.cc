@@ -23,6 +23,45 @@ Yuv to_yuv(double blue, double green, double red) {
   return {y, 128.0 + 0.492 * (blue - y), 128.0 + 0.877 * (red - y)};
 }
 
+namespace {
+
+Eigen::Vector3d bgr_of_yuyv(double y, double u, double v) {
+  const double luma = 255.0 / 219.0 * (y - 16.0), blue = u - 128.0, red = v - 128.0;
+  return Eigen::Vector3d(luma + 2.0172 * blue, luma - 0.3918 * blue - 0.8130 * red,
+                         luma + 1.5960 * red)
+      .cwiseMax(0.0)
+      .cwiseMin(255.0);
+}
+
+/// Median of the bytes at first, first + step, ...
+double median_byte(std::span<const std::uint8_t> bytes, std::size_t first, std::size_t step) {
+  std::array<int, 256> histogram{};
+  int count = 0;
+  for (std::size_t i = first; i < bytes.size(); i += step, ++count) ++histogram[bytes[i]];
+  int below = 0;
+  std::size_t value = 0;
+  while (value < 255 && 2 * (below + histogram[value]) < count) below += histogram[value++];
+  // Within the bin, by its share: finer than one level.
+  const double inside = histogram[value] > 0 ? (0.5 * count - below) / histogram[value] : 0.5;
+  return static_cast<double>(value) - 0.5 + inside;
+}
+
+constexpr std::size_t kStride = 7;  // coprime to usual widths: samples spread over all columns
+
+}  // namespace
+
+Eigen::Vector3d bgr_at(const image::Image& image, int u, int v) {
+  const std::uint8_t* p = image.at(u, v);
+  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+}
+
+Eigen::Vector3d bgr_at(const YuyvImage& image, int u, int v) {
+  const auto pixel = static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width) +
+                     static_cast<std::size_t>(u);
+  const std::uint8_t* pair = image.bytes.data() + 4 * (pixel / 2);
+  return bgr_of_yuyv(pair[2 * (pixel % 2)], pair[1], pair[3]);
+}
+
 const ColorBox& ColorBoxes::of(Kind kind) const {
   switch (kind) {
     case Kind::hand:
@@ -109,15 +148,7 @@ void ColorTable::apply(const image::Image& image, std::vector<std::uint8_t>& lab
   look_up_bgr(image.bgr.data(), labels.size(), cells_.data(), labels.data());
 }
 
-Eigen::Vector3d bgr_of_yuyv(double y, double u, double v) {
-  const double luma = 255.0 / 219.0 * (y - 16.0), blue = u - 128.0, red = v - 128.0;
-  return Eigen::Vector3d(luma + 2.0172 * blue, luma - 0.3918 * blue - 0.8130 * red,
-                         luma + 1.5960 * red)
-      .cwiseMax(0.0)
-      .cwiseMin(255.0);
-}
-
-void ColorTable::apply_yuyv(std::span<const std::uint8_t> yuyv, std::vector<std::uint8_t>& labels) {
+void ColorTable::apply(const YuyvImage& image, std::vector<std::uint8_t>& labels) {
   if (yuyv_cells_.empty()) {
     yuyv_cells_.resize(kYuyvCells + kReadBeyond);
     for (unsigned i = 0; i < kYuyvCells; ++i) {
@@ -126,35 +157,26 @@ void ColorTable::apply_yuyv(std::span<const std::uint8_t> yuyv, std::vector<std:
       yuyv_cells_[i] = static_cast<std::uint8_t>(classify(bgr));
     }
   }
-  labels.resize(yuyv.size() / 2);
-  look_up_yuyv(yuyv.data(), labels.size(), yuyv_cells_.data(), labels.data());
+  labels.resize(image.bytes.size() / 2);
+  look_up_yuyv(image.bytes.data(), labels.size(), yuyv_cells_.data(), labels.data());
 }
 
 Eigen::Vector3d median_bgr(const image::Image& image) {
-  constexpr std::size_t kStride = 7;  // coprime to usual widths: samples spread over all columns
-  std::array<std::array<int, 256>, 3> histogram{};
-  int count = 0;
-  for (std::size_t i = 0; i + 2 < image.bgr.size(); i += 3 * kStride) {
-    for (std::size_t c = 0; c < 3; ++c) ++histogram[c][image.bgr[i + c]];
-    ++count;
-  }
-  Eigen::Vector3d median = Eigen::Vector3d::Zero();
-  for (std::size_t c = 0; c < 3; ++c) {
-    int below = 0;
-    std::size_t value = 0;
-    while (value < 255 && 2 * (below + histogram[c][value]) < count) below += histogram[c][value++];
-    // Within the bin, by its share: finer than one level.
-    const double inside =
-        histogram[c][value] > 0 ? (0.5 * count - below) / histogram[c][value] : 0.5;
-    median[static_cast<Eigen::Index>(c)] = static_cast<double>(value) - 0.5 + inside;
-  }
-  return median;
+  constexpr std::size_t kStep = 3 * kStride;
+  return {median_byte(image.bgr, 0, kStep), median_byte(image.bgr, 1, kStep),
+          median_byte(image.bgr, 2, kStep)};
 }
 
-const Eigen::Vector3d& LightMeter::update(const image::Image& image) {
+Eigen::Vector3d median_bgr(const YuyvImage& image) {
+  constexpr std::size_t kStep = 4 * kStride;
+  return bgr_of_yuyv(median_byte(image.bytes, 0, kStep), median_byte(image.bytes, 1, kStep),
+                     median_byte(image.bytes, 3, kStep));
+}
+
+const Eigen::Vector3d& LightMeter::update(const Eigen::Vector3d& median_bgr) {
   if (reference_.isZero()) return gain_;
   constexpr double kFollow = 0.2;  // share of a new frame: light changes slowly, the hand passes
-  const Eigen::Vector3d median = median_bgr(image).cwiseMax(1.0);
+  const Eigen::Vector3d median = median_bgr.cwiseMax(1.0);
   const Eigen::Vector3d seen = reference_.cwiseQuotient(median).cwiseMax(0.4).cwiseMin(2.5);
   gain_ = started_ ? Eigen::Vector3d(gain_ + kFollow * (seen - gain_)) : seen;
   started_ = true;

@@ -56,6 +56,16 @@ struct ColorBoxes {
   const ColorBox& of(Kind kind) const;
 };
 
+/// A picture as a camera gives it: Y0 U Y1 V for two pixels (BT.601, luma 16..235).
+struct YuyvImage {
+  int width = 0, height = 0;        ///< [px], width even
+  std::vector<std::uint8_t> bytes;  ///< 2 · width · height
+};
+
+/// Blue, green and red of a pixel, 0..255, of YUYV not rounded.
+Eigen::Vector3d bgr_at(const image::Image& image, int u, int v);
+Eigen::Vector3d bgr_at(const YuyvImage& image, int u, int v);
+
 /// Chroma of a class as it was taught: the ellipse that its pixels fill in U and V, and its luma.
 struct ColorSpot {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();            ///< U, V
@@ -92,10 +102,9 @@ class ColorTable {
   }
   /// Class of every pixel, row by row. Allocates only if `labels` must grow.
   void apply(const image::Image& image, std::vector<std::uint8_t>& labels) const;
-  /// The same for a camera's YUYV (Y0 U Y1 V; BT.601, luma 16..235), without a conversion: the
-  /// cells have 16 steps of luma and 64 of each chroma. The first call after a change of gain fills
-  /// them.
-  void apply_yuyv(std::span<const std::uint8_t> yuyv, std::vector<std::uint8_t>& labels);
+  /// The same without a conversion: the cells have 16 steps of luma and 64 of each chroma. The
+  /// first call after a change of gain fills them.
+  void apply(const YuyvImage& image, std::vector<std::uint8_t>& labels);
 
  private:
   static std::size_t cell(unsigned blue, unsigned green, unsigned red) {
@@ -112,9 +121,6 @@ class ColorTable {
   std::vector<std::uint8_t> yuyv_cells_;  ///< empty: to be filled
 };
 
-/// Blue, green, red (0..255, not rounded) of a camera's luma and chroma.
-Eigen::Vector3d bgr_of_yuyv(double y, double u, double v);
-
 /// Follows the light: the picture's median colour is mostly table, which keeps its true colour.
 class LightMeter {
  public:
@@ -124,7 +130,8 @@ class LightMeter {
 
   /// Gain per channel that turns the picture's colours into those of the reference light, smoothed
   /// over time, within [0.4, 2.5].
-  const Eigen::Vector3d& update(const image::Image& image);
+  /// @param median_bgr of the picture
+  const Eigen::Vector3d& update(const Eigen::Vector3d& median_bgr);
 
  private:
   Eigen::Vector3d reference_;
@@ -132,8 +139,9 @@ class LightMeter {
   bool started_ = false;
 };
 
-/// Median of each channel over every 7th pixel.
+/// Median of each channel over every 7th pixel (every 14th of YUYV, in Y, U and V).
 Eigen::Vector3d median_bgr(const image::Image& image);
+Eigen::Vector3d median_bgr(const YuyvImage& image);
 
 /// Pixels of one class beside each other in one row: columns [begin, end).
 struct Run {

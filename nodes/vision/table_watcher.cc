@@ -48,35 +48,14 @@ TableWatcher::TableWatcher(const WatcherSetup& setup)
       cap_body_(cylinder(sizes_.goal_radius_m, sizes_.goal_cap_m)),
       open_(setup.open) {}
 
-void TableWatcher::segment(const image::Image& image) {
-  constexpr double kNoticeable = 0.02;  // change of gain worth a new table
-  const Eigen::Vector3d& gain = light_.update(image);
-  if ((gain - table_.gain()).cwiseAbs().maxCoeff() > kNoticeable) table_.set_gain(gain);
-  table_.apply(image, labels_);
-  if (open_) {
-    uniform_.resize(labels_.size());
-    opened_.resize(labels_.size());
-    open_labels(labels_.data(), image.width, image.height, uniform_.data(), opened_.data());
-    labels_.swap(opened_);
-  }
-  finder_.find(labels_, image.width, image.height);
-  tracker_.update(finder_.regions());
-}
-
-void TableWatcher::watch(const image::Image& image) {
-  MIMESIS_ASSERT(image.width == camera_.width() && image.height == camera_.height());
-  segment(image);
-  look(image);
-  recognizer_.update(sight_);
-}
-
 std::optional<Vector2d> TableWatcher::place(Kind kind, const Body& body) const {
   const Blob& blob = tracker_.blob(kind);
   if (!blob.found()) return std::nullopt;
   return locate(camera_, body, {blob.moments.mean_u(), blob.moments.mean_v()});
 }
 
-void TableWatcher::look(const image::Image& image) {
+void TableWatcher::look() {
+  constexpr double kLevel = 0.01;  // [m]
   bar_.update(place(Kind::bridge, bar_body_), blob(Kind::bridge).moments.area);
   goal_high_.update(place(Kind::goal_high, cap_body_), blob(Kind::goal_high).moments.area);
   goal_low_.update(place(Kind::goal_low, cap_body_), blob(Kind::goal_low).moments.area);
@@ -86,8 +65,12 @@ void TableWatcher::look(const image::Image& image) {
   sight_.goal_low = goal_low_.get();
   if (sight_.goal_high) *sight_.goal_high += resting;
   if (sight_.goal_low) *sight_.goal_low += resting;
+  // A goal is high by its height; its colour decides only where the two cannot be told.
+  if (sight_.goal_high && sight_.goal_low &&
+      sight_.goal_low->y() > sight_.goal_high->y() + kLevel) {
+    std::swap(sight_.goal_high, sight_.goal_low);
+  }
   sight_.object = place(Kind::object, object_body_);
-  sight_.object_luma = object_luma(image);
   look_at_hand();
 }
 
@@ -104,22 +87,49 @@ void TableWatcher::look_at_hand() {
   if (palm_) sight_.palm = camera_.on_plane(palm_->center.x(), palm_->center.y());
 }
 
-std::optional<double> TableWatcher::object_luma(const image::Image& image) const {
+template <class Picture>
+std::optional<double> TableWatcher::object_luma(const Picture& picture) const {
   const Blob& object = blob(Kind::object);
   if (!object.found()) return std::nullopt;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0.0;
   for (const Run& run : runs()) {
     if (!std::binary_search(object.regions.begin(), object.regions.end(), run.region)) continue;
-    const std::uint8_t* pixel = image.at(run.begin, run.row);
-    for (int u = run.begin; u < run.end; ++u, pixel += 3) {
-      sum += Eigen::Vector3d(pixel[0], pixel[1], pixel[2]);
-    }
+    for (int u = run.begin; u < run.end; ++u) sum += bgr_at(picture, u, run.row);
     count += run.end - run.begin;
   }
   const Eigen::Vector3d mean = table_.gain().cwiseProduct(sum) / count;
   return to_yuv(mean[0], mean[1], mean[2]).y;
 }
+
+template <class Picture>
+void TableWatcher::segment_any(const Picture& picture) {
+  constexpr double kNoticeable = 0.02;  // change of gain worth a new table
+  const Eigen::Vector3d& gain = light_.update(median_bgr(picture));
+  if ((gain - table_.gain()).cwiseAbs().maxCoeff() > kNoticeable) table_.set_gain(gain);
+  table_.apply(picture, labels_);
+  if (open_) {
+    uniform_.resize(labels_.size());
+    opened_.resize(labels_.size());
+    open_labels(labels_.data(), picture.width, picture.height, uniform_.data(), opened_.data());
+    labels_.swap(opened_);
+  }
+  finder_.find(labels_, picture.width, picture.height);
+  tracker_.update(finder_.regions());
+}
+
+template <class Picture>
+void TableWatcher::watch_any(const Picture& picture) {
+  MIMESIS_ASSERT(picture.width == camera_.width() && picture.height == camera_.height());
+  segment_any(picture);
+  look();
+  sight_.object_luma = object_luma(picture);
+  recognizer_.update(sight_);
+}
+
+template void TableWatcher::segment_any(const image::Image&);
+template void TableWatcher::watch_any(const image::Image&);
+template void TableWatcher::watch_any(const YuyvImage&);
 
 std::optional<double> TableWatcher::bridge_height_m() const {
   if (!sight_.bar) return std::nullopt;

@@ -73,9 +73,10 @@ class TableWatcher {
   explicit TableWatcher(const WatcherSetup& setup);
 
   /// Blobs only: for pictures of any size.
-  void segment(const image::Image& image);
+  void segment(const image::Image& image) { segment_any(image); }
   /// Everything. Precondition: the picture has the size of the calibrated view.
-  void watch(const image::Image& image);
+  void watch(const image::Image& image) { watch_any(image); }
+  void watch(const YuyvImage& image) { watch_any(image); }
 
   const Blob& blob(Kind kind) const { return tracker_.blob(kind); }
   std::span<const Region> regions() const { return finder_.regions(); }
@@ -90,10 +91,15 @@ class TableWatcher {
   const image::Camera& camera() const { return camera_; }
 
  private:
-  void look(const image::Image& image);
+  template <class Picture>
+  void watch_any(const Picture& picture);
+  template <class Picture>
+  void segment_any(const Picture& picture);
+  void look();
   std::optional<Eigen::Vector2d> place(Kind kind, const Body& body) const;
   void look_at_hand();
-  std::optional<double> object_luma(const image::Image& image) const;
+  template <class Picture>
+  std::optional<double> object_luma(const Picture& picture) const;
 
   image::Camera camera_;
   TableSizes sizes_;

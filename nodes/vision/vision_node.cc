@@ -79,6 +79,10 @@ WatcherSetup complete(const VisionParams& params, const std::optional<image::Rig
   return setup;
 }
 
+bool is_yuyv(const foxglove::RawImage& m) {
+  return m.encoding() == "yuyv" || m.encoding() == "yuv422_yuy2";
+}
+
 runtime::Time stamp_of(const foxglove::RawImage& m) {
   return std::chrono::seconds(m.timestamp().seconds()) + runtime::Time(m.timestamp().nanos());
 }
@@ -220,8 +224,8 @@ void VisionNode::refuse(const std::string& why) {
 
 /// Takes over the pixels if the message is an image of the calibrated view.
 bool VisionNode::accept(const foxglove::RawImage& m) {
-  if (m.encoding() != "bgr8" && m.encoding() != "rgb8") {
-    refuse(fmt::format("encoding '{}' is not read, expected bgr8 or rgb8", m.encoding()));
+  if (m.encoding() != "bgr8" && m.encoding() != "rgb8" && !is_yuyv(m)) {
+    refuse(fmt::format("encoding '{}' is not read, expected bgr8, rgb8 or yuyv", m.encoding()));
     return false;
   }
   const int width_px = watcher_.camera().width(), height_px = watcher_.camera().height();
@@ -239,17 +243,22 @@ bool VisionNode::accept(const foxglove::RawImage& m) {
                        calibrated_by_, day - *calibrated_day_, rig_days_));
     return false;
   }
-  const std::uint64_t row = 3 * width;
+  if (is_yuyv(m) && width % 2 != 0) {
+    refuse(fmt::format("{}x{} {}: expected an even width", width, height, m.encoding()));
+    return false;
+  }
+  const std::uint64_t row = (is_yuyv(m) ? 2 : 3) * width;
   if (m.step() < row || m.data().size() < (height - 1) * m.step() + row) {
     refuse(fmt::format("{} bytes in rows of {} are too few for {}x{} {}", m.data().size(), m.step(),
                        m.width(), m.height(), m.encoding()));
     return false;
   }
-  image_.width = width_px;
-  image_.height = height_px;
-  image_.bgr.resize(row * height);
+  image_.width = yuyv_.width = width_px;
+  image_.height = yuyv_.height = height_px;
+  std::vector<std::uint8_t>& bytes = is_yuyv(m) ? yuyv_.bytes : image_.bgr;
+  bytes.resize(row * height);
   for (std::uint64_t v = 0; v < height; ++v) {
-    std::memcpy(image_.bgr.data() + v * row, m.data().data() + v * m.step(), row);
+    std::memcpy(bytes.data() + v * row, m.data().data() + v * m.step(), row);
   }
   if (m.encoding() == "rgb8") {
     for (std::size_t i = 0; i < image_.bgr.size(); i += 3)
@@ -261,7 +270,7 @@ bool VisionNode::accept(const foxglove::RawImage& m) {
 void VisionNode::step(runtime::Time) {
   const foxglove::RawImage* message = in_.take();
   if (message == nullptr || !accept(*message)) return;
-  watcher_.watch(image_);
+  is_yuyv(*message) ? watcher_.watch(yuyv_) : watcher_.watch(image_);
   const runtime::Time stamp = stamp_of(*message);
   auto blobs = blobs_message(watcher_);
   blobs_.send(blobs, stamp);

@@ -46,6 +46,7 @@ class VisionNode {
   std::optional<int> calibrated_day_;  ///< since 1970; nothing if any age will do
   int rig_days_;
   image::Image image_;
+  YuyvImage yuyv_;
   runtime::Throttle refused_{std::chrono::seconds(5)};
   runtime::Latest<foxglove::RawImage> in_;
   runtime::Out<v1::Blobs> blobs_;

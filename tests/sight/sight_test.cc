@@ -92,6 +92,17 @@ TEST(Sight, ClassesSurviveChangesOfLight) {
   }
 }
 
+TEST(Sight, AGoalIsHighByItsHeightNotByItsColour) {
+  for (const int k : {0, 1}) {  // to the yellow stand, to the violet one
+    camera::Picture picture;
+    picture.script.lesson = lesson(k);
+    std::swap(picture.table.goal_low_y_m, picture.table.goal_high_y_m);
+    const Verdict v = watch(picture);
+    EXPECT_TRUE(v.complete && v.transport) << k;
+    EXPECT_FALSE(v.goal) << k;  // the lesson goes by the colour
+  }
+}
+
 TEST(Sight, FollowsObjectAndHandThroughTheMotion) {
   for (const int k : {0, 3, 5, 6}) {
     camera::Picture picture;

@@ -40,8 +40,8 @@ image::Image scene() {
 }
 
 /// The same picture as a camera gives it, Y0 U Y1 V.
-std::vector<std::uint8_t> yuyv_of(const image::Image& image) {
-  std::vector<std::uint8_t> out;
+YuyvImage yuyv_of(const image::Image& image) {
+  YuyvImage out{image.width, image.height, {}};
   for (std::size_t i = 0; i < image.bgr.size(); i += 6) {
     const std::uint8_t* p = image.bgr.data() + i;
     const auto luma = [](const std::uint8_t* c) {
@@ -50,7 +50,7 @@ std::vector<std::uint8_t> yuyv_of(const image::Image& image) {
     const double b = 0.5 * (p[0] + p[3]), g = 0.5 * (p[1] + p[4]), r = 0.5 * (p[2] + p[5]);
     for (const double value : {luma(p), 128.0 + 0.4392 * b - 0.2910 * g - 0.1482 * r, luma(p + 3),
                                128.0 - 0.0714 * b - 0.3678 * g + 0.4392 * r}) {
-      out.push_back(static_cast<std::uint8_t>(value + 0.5));
+      out.bytes.push_back(static_cast<std::uint8_t>(value + 0.5));
     }
   }
   return out;
@@ -110,11 +110,11 @@ void bgr_to_regions(benchmark::State& state) {
 BENCHMARK(bgr_to_regions)->Unit(benchmark::kMillisecond);
 
 void yuyv_to_regions(benchmark::State& state) {
-  const std::vector<std::uint8_t> yuyv = yuyv_of(scene());
+  const YuyvImage yuyv = yuyv_of(scene());
   Segmenter s;
-  s.table.apply_yuyv(yuyv, s.labels);
+  s.table.apply(yuyv, s.labels);
   for (auto _ : state) {
-    s.table.apply_yuyv(yuyv, s.labels);
+    s.table.apply(yuyv, s.labels);
     s.finish();
   }
   state.counters["regions"] = static_cast<double>(s.finder.regions().size());

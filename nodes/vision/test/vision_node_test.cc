@@ -69,6 +69,35 @@ TEST(VisionNode, PublishesWhatItSeesWithTheImagesStamp) {
   }
 }
 
+TEST(VisionNode, ReadsACamerasYuyv) {
+  testing::Loopback bus;
+  VisionNode node(params(), bus);
+  foxglove::RawImage m = picture("bgr8");
+  m.set_encoding("yuyv");
+  m.set_step(2 * 640);
+  std::string data;
+  for (int v = 0; v < 480; ++v) {
+    for (int u = 0; u < 640; u += 2) {
+      // Grey, and the rectangle's green: Y 129, U 103, V 90 (BT.601, 16..235).
+      const bool green = v >= 200 && v < 260 && u >= 100 && u < 140;
+      for (const int byte : green ? std::array{129, 103, 129, 90} : std::array{145, 128, 145, 128})
+        data += static_cast<char>(byte);
+    }
+  }
+  m.set_data(data);
+  bus.send("image", m, 3s);
+  node.step(3s);
+  const auto blobs = bus.take<v1::Blobs>("blobs");
+  ASSERT_TRUE(blobs);
+  ASSERT_EQ(blobs->blobs_size(), 1);
+  EXPECT_EQ(blobs->blobs(0).kind(), v1::BLOB_KIND_OBJECT);
+  EXPECT_EQ(blobs->blobs(0).area(), 2400);
+  m.mutable_data()->pop_back();
+  bus.send("image", m, 4s);
+  node.step(4s);
+  EXPECT_FALSE(bus.take<v1::Blobs>("blobs"));
+}
+
 TEST(VisionNode, LooksAtNoImageTwice) {
   testing::Loopback bus;
   VisionNode node(params(), bus);
