@@ -8,6 +8,8 @@ std::vector<reproduce::Figure> figures() {
   add_copying_figures(all);
   add_inference_figures(all);
   add_color_figures(all);
+  add_robustness_figures(all);
+  add_prototype_figures(all);
   return all;
 }
 

@@ -3,27 +3,21 @@
 
 #include "experiments/fields/figures.h"
 #include "experiments/fields/ladder_plots.h"
+#include "experiments/fields/situations.h"
 
 namespace mimesis::cognition {
 namespace {
 
+using reproduce::at_most;
 using reproduce::goal;
 using reproduce::holds;
-using reproduce::near;
 using reproduce::prototype;
 using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-constexpr double kTolerance_ms = 3.0;  // times are counted at the end of a step here
-
-/// A robot that is familiar with the task: both preferred sequences learned by eq. 2.3.
-Ladder<double> familiar() {
-  Ladder<double> ladder({});
-  rehearse(ladder, parse_sequence("precision,above,high"));
-  rehearse(ladder, parse_sequence("full,below,low"));
-  return ladder;
-}
+/// Both preferred sequences learned by eq. 2.3.
+Ladder<double> familiar() { return practised<double>({}, Practice::familiar); }
 
 bool decides(const TrialResult& r, Grip grip, Transport transport, Goal goal) {
   return r.decision.settled && r.decision.grip == grip && r.decision.transport == transport &&
@@ -46,14 +40,6 @@ Report inference(const PlotDir& dir) {
   const Demonstration grip_only{.grip = Grip::full};
   const Recording seen = record(ladder, {.shown = grip_only});
   const TrialResult& r = seen.result;
-  const auto time = [&](const char* what, Layer layer, double reference_ms) {
-    report.rows.push_back(near(what, 1000 * r.onset(layer), prototype(reference_ms, "fields.md"),
-                               kTolerance_ms, "ms"));
-  };
-  time("PF decides for FG-BT", Layer::pf, 99);
-  time("F5 decides for FG", Layer::f5_grip, 114);
-  time("F5 decides for BT", Layer::f5_transport, 126);
-  time("PFC infers the low goal", Layer::pfc, 151);
   report.rows.push_back(holds(
       "order STS, PF, PFC",
       r.onset(Layer::sts_grip) < r.onset(Layer::pf) && r.onset(Layer::pf) < r.onset(Layer::pfc),
@@ -95,36 +81,28 @@ Report override_means(const PlotDir& dir) {
   const Demonstration shown{.grip = Grip::full, .transport = Transport::above, .goal = Goal::high};
   const Recording seen = record(ladder, {.shown = shown});
   const TrialResult& r = seen.result;
-  report.rows.push_back(near("PFC decides for the high goal", 1000 * r.onset(Layer::pfc),
-                             prototype(24, "fields.md"), kTolerance_ms, "ms"));
-  report.rows.push_back(near("PF decides for PG-AT", 1000 * r.onset(Layer::pf),
-                             prototype(40, "fields.md"), kTolerance_ms, "ms"));
-  report.rows.push_back(near("STS holds the full grip", 1000 * r.onset(Layer::sts_grip),
-                             prototype(49, "fields.md"), kTolerance_ms, "ms"));
   report.rows.push_back(holds(
       "order PFC, PF, STS",
       r.onset(Layer::pfc) < r.onset(Layer::pf) && r.onset(Layer::pf) < r.onset(Layer::sts_grip),
-      prototype("fields.md")));
+      published("M18 2.4.3: the goal is processed faster")));
   report.rows.push_back(
       holds("STS saw the full grip", r.site(Layer::sts_grip) == 1, published("M18 fig. 2.21")));
   report.rows.push_back(holds("decision: PG, AT, high",
                               decides(r, Grip::precision, Transport::above, Goal::high),
                               published("M18 fig. 2.21")));
-  report.rows.push_back(near("highest activity of FG in F5", seen.highest_at(Layer::f5_grip, 1),
-                             prototype(-1.44, "fields.md"), 0.1, "1"));
+  report.rows.push_back(at_most("highest activity of FG in F5", seen.highest_at(Layer::f5_grip, 1),
+                                0.0, "1", "the grip that was seen is never even begun"));
 
-  Ladder<double> lesioned = familiar();
-  lesioned.cut(Connection::pfc_pf);
-  const Recording lesion = record(lesioned, {.shown = shown});
-  report.rows.push_back(holds("lesion PFC->PF: F5 copies the full grip",
-                              lesion.result.site(Layer::f5_grip) == 1, prototype("fields.md")));
-  const TrialResult no_habit =
-      run_trial(lesioned, {.shown = shown, .task = {.pf = 0.0, .pfc = lesioned.params().task.pfc}});
-  report.rows.push_back(holds("lesion, no task input to PF: PF holds FG-AT, F5 copies FG and AT",
-                              no_habit.site(Layer::pf) == kFgAt &&
-                                  no_habit.site(Layer::f5_grip) == 1 &&
-                                  no_habit.site(Layer::f5_transport) == 0,
-                              prototype("fields.md")));
+  Ladder<double> lesioned = practised<double>({}, Practice::lesioned);
+  const TaskInput no_habit{.pf = 0.0, .pfc = lesioned.params().task.pfc};
+  const Recording lesion = record(lesioned, {.shown = shown, .task = no_habit});
+  const Sites copied = {1, 0, kFgAt, 1, 0, 0, -1};
+  report.rows.push_back(holds("lesion of PFC->PF: PF holds FG-AT, F5 copies FG and AT",
+                              sites_of(lesion.result) == copied, prototype("fields.md")));
+  report.rows.push_back(holds("control, links whole and no habit: PF holds PG-AT, F5 PG and AT",
+                              sites_of(run_trial(ladder, {.shown = shown, .task = no_habit})) ==
+                                  Sites{1, 0, kPgAt, 0, 0, 0, -1},
+                              goal()));
   plot(report, dir, "fig-2.21",
        "Fig. 2.21: full grip seen on the way to the high goal; precision grip decided", seen);
   if (dir) {
@@ -135,19 +113,73 @@ Report override_means(const PlotDir& dir) {
   return report;
 }
 
+/// Fig. 2.22: while FG is observed, a test plan with this grip decides between PG-AT and FG-AT.
+Report test_plan(const PlotDir& dir) {
+  Report report;
+  Ladder<double> ladder = familiar();
+  const Demonstration full_above{.grip = Grip::full, .transport = Transport::above};
+  const Demonstration full_below{.grip = Grip::full, .transport = Transport::below};
+  const Recording preferred = record(ladder, dialogue({}));
+  const Recording copied = record(ladder, dialogue(full_above));
+  const TrialResult& r = copied.result;
+  double before_plan = -10.0;  // while only the grasp was seen
+  for (std::size_t i = 0; i < copied.time_s.size() && copied.time_s[i] < kPlanned_s; ++i) {
+    before_plan = std::max(before_plan, copied.max_u[index(Layer::pf)][i]);
+  }
+  report.rows.push_back(at_most("before the test plan: most active neuron of PF", before_plan,
+                                published(0.0, "M18 2.4.3: STS sends subthreshold input"), "1",
+                                "u_TH"));
+  report.rows.push_back(holds("the decision falls after the test plan, before the goal is seen",
+                              r.onset(Layer::pf) > kPlanned_s && r.onset(Layer::pf) < kPlaced_s,
+                              published("M18 2.4.3")));
+  report.rows.push_back(holds("left column, no test plan: PG and AT, the preferred strategy",
+                              sites_of(preferred.result) == Sites{1, -1, kPgAt, 0, 0, 0, -1},
+                              published("M18 fig. 2.22")));
+  report.rows.push_back(holds("right column, test plan for FG, AT: FG and AT, high goal",
+                              sites_of(r) == Sites{1, -1, kFgAt, 1, 0, 0, -1},
+                              published("M18 fig. 2.22")));
+  report.rows.push_back(
+      holds("had the test plan found FG, BT: FG and BT",
+            sites_of(run_trial(ladder, dialogue(full_below))) == Sites{1, -1, kFgBt, 1, 1, 0, -1},
+            goal()));
+  Ladder<double> cut = familiar();
+  cut.cut(Connection::f5_grip_pf);
+  cut.cut(Connection::f5_transport_pf);
+  report.rows.push_back(holds("control, F5->PF cut: the test plan does not reach PF",
+                              run_trial(cut, dialogue(full_above)).site(Layer::pf) == kPgAt,
+                              goal()));
+  if (dir) {
+    report.plots.push_back(*dir / "fig-2.22.png");
+    plot_snapshot(report.plots.back(),
+                  "Fig. 2.22, right: a test plan for FG, AT lets the robot copy the grip", copied);
+    report.plots.push_back(*dir / "fig-2.22-left.png");
+    plot_snapshot(report.plots.back(), "Fig. 2.22, left: the preferred strategy", preferred);
+    report.plots.push_back(*dir / "fig-2.22-time.png");
+    plot_courses(report.plots.back(),
+                 "Fig. 2.22: grasp at 0 ms, test plan at 300 ms, goal seen at 800 ms", copied,
+                 -0.05, 1.3);
+  }
+  return report;
+}
+
 }  // namespace
 
 void add_inference_figures(std::vector<reproduce::Figure>& to) {
   to.push_back({"fig-2.20",
                 "The goal is inferred from the grip alone",
                 "M18",
-                {.published = 3, .prototype = 5, .goal = 3},
+                {.published = 3, .prototype = 1, .goal = 3},
                 inference});
   to.push_back({"fig-2.21",
                 "The goal overrides the means that were seen",
                 "M18",
-                {.published = 2, .prototype = 7},
+                {.published = 3, .prototype = 1, .goal = 2},
                 override_means});
+  to.push_back({"fig-2.22",
+                "A test plan of the planner decides whether the grip is copied",
+                "M18",
+                {.published = 4, .goal = 2},
+                test_plan});
 }
 
 }  // namespace mimesis::cognition

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/cognition/links_node.h"
+
 namespace mimesis::cognition {
 namespace {
 
@@ -75,7 +77,10 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
       fields_every_(params.fields_hz > 0.0
                         ? std::max(1L, std::lround(params.rate_hz / params.fields_hz))
                         : 0),
-      imitator_(params.imitator) {
+      imitator_(
+          params.imitator, params.links.empty()
+                               ? std::function<void(Ladder<float>&)>{}
+                               : [&](Ladder<float>& l) { load_links(params.links, l); }) {
   for (const std::string& sequence : imitator_.refused()) {
     runtime::warn(
         "practice '{}': the robot settles on something it learned before; nothing learned",
@@ -90,12 +95,9 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
 
 void CognitionNode::step(Time now) {
   watch(now);
-  const bool was_decided = imitator_.decided();
   imitator_.advance(period_s_, succeeded(now));
-  if (imitator_.decided() && !was_decided) {
-    decided_ = now;
-    runtime::info("decided: {} (seen: {})", text(imitator_.decision()), text(imitator_.shown()));
-  }
+  tell_changes(now);
+  save_what_was_learned();
   publish_decision(now);
   if (fields_every_ > 0 && tick_ % fields_every_ == 0) publish_fields(now);
   ++tick_;
@@ -109,17 +111,30 @@ void CognitionNode::watch(Time now) {
     return;
   }
   imitator_.observe(from_proto(*seen), seen->complete(), period_s_);
-  if (imitator_.stage() == Imitator::Stage::waiting) {
-    decided_ = Time{};
-    failure_told_ = indecision_told_ = false;
+}
+
+void CognitionNode::tell_changes(Time now) {
+  if (imitator_.stage() == stage_) return;
+  stage_ = imitator_.stage();
+  plan_seen_ = failure_told_ = false;
+  decided_ = imitator_.decided() ? now : Time{};
+  if (imitator_.decided()) {
+    runtime::info("decided: {} (seen: {})", text(imitator_.decision()), text(imitator_.shown()));
+  } else if (stage_ == Imitator::Stage::undecided) {
+    runtime::warn("no decision: {} (seen: {})", imitator_.reason(), text(imitator_.shown()));
   }
-  constexpr double kLong_s = 3.0;  // far beyond every settling time of the reference trials
-  if (imitator_.stage() == Imitator::Stage::deciding && imitator_.deciding_s() > kLong_s &&
-      !indecision_told_) {
-    runtime::warn("no decision: what was seen ({}) does not drive the fields to one peak each",
-                  text(imitator_.shown()));
-    indecision_told_ = true;
+}
+
+void CognitionNode::save_what_was_learned() {
+  const bool learned = imitator_.learned();
+  if (learned && !saved_ && !params_.save_links.empty()) {
+    try {
+      save_links(params_.save_links, imitator_.ladder());
+    } catch (const std::runtime_error& e) {
+      runtime::warn("{}", e.what());
+    }
   }
+  saved_ = learned;
 }
 
 /// Reinforcement [M18 eq. 2.3]: the planner has a plan for this decision, not for an earlier one.
@@ -136,9 +151,13 @@ bool CognitionNode::succeeded(Time now) {
     runtime::warn("planning failed for {} ({}); the links stay as they are", text(d),
                   task->reason());
     failure_told_ = true;
+    // A failure on the way has other reasons than the decision; then nothing must move again.
+    if (!plan_seen_) imitator_.refuse();
+    return false;
   }
   const bool under_way =
       task->state() == v1::TASK_STATE_PLANNING || task->state() == v1::TASK_STATE_EXECUTING;
+  plan_seen_ = plan_seen_ || task->plan_succeeded();
   return under_way && task->plan_succeeded();
 }
 
@@ -148,6 +167,7 @@ void CognitionNode::publish_decision(Time now) {
   message.set_decided_ns(static_cast<std::uint64_t>(decided_.count()));
   message.set_learning(imitator_.learning());
   message.set_learned(imitator_.learned());
+  message.set_reason(imitator_.reason());
   message.set_sight_lost(params_.sight_s > 0.0 && observation_.get() != nullptr &&
                          observation_.fresh(now, runtime::from_seconds(params_.sight_s)) ==
                              nullptr);

@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
@@ -16,6 +18,8 @@ struct CognitionParams {
   double sight_s = 0.07;    ///< sight is lost with an older observation; 0: never [s]
   double task_stale_s =
       2.5;  ///< an older task status rewards nothing (the planner repeats it at 1 Hz) [s]
+  std::string links{};       ///< file of links learned before, instead of practice; empty: none
+  std::string save_links{};  ///< file for the links after every learning; empty: none
   ImitatorParams imitator{};
 
   void visit(runtime::ParamVisitor& v) {
@@ -27,7 +31,11 @@ struct CognitionParams {
       v("task_stale_s", task_stale_s, 0.01, 60.0);
     });
     v("practice", imitator.practice);
+    v.file("links", links, "learned links", false);
+    v("save_links", save_links);
     v("patience_s", imitator.patience_s, 0.1, 600.0);
+    v("indecision_s", imitator.indecision_s, 0.1, 60.0);
+    v("alternatives", imitator.alternatives, 0, 2);
     imitator.ladder.visit(v);
   }
 };
@@ -37,7 +45,8 @@ class CognitionNode {
  public:
   using Params = CognitionParams;
   /// @throws ConfigError if the period is no multiple of dt_s, or a practice sequence has an
-  /// unknown word.
+  /// unknown word, or
+  /// the file of links does not fit.
   CognitionNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
   void change(const Params& params) { params_ = params; }
@@ -45,6 +54,8 @@ class CognitionNode {
  private:
   void watch(runtime::Time now);
   bool succeeded(runtime::Time now);
+  void tell_changes(runtime::Time now);
+  void save_what_was_learned();
   void publish_decision(runtime::Time now);
   void publish_fields(runtime::Time now);
 
@@ -57,9 +68,11 @@ class CognitionNode {
   double period_s_;
   long fields_every_, tick_ = 0;  // steps between two messages on `fields`; steps since the start
   Imitator imitator_;
+  Imitator::Stage stage_ = Imitator::Stage::waiting;
   runtime::Time decided_{};
-  bool failure_told_ = false, indecision_told_ = false;
-  v1::FieldActivity activity_;  // kept, so that its buffers are
+  bool saved_ = false;
+  bool plan_seen_ = false, failure_told_ = false;  // for the present decision
+  v1::FieldActivity activity_;                     // kept, so that its buffers are
   runtime::Throttle bad_input_{std::chrono::seconds(1)};
 };
 

@@ -40,15 +40,30 @@ Decision read_decision(const Ladder<Real>& ladder) {
   d.settled =
       d.grip != Grip::unknown && d.transport != Transport::unknown && d.goal != Goal::unknown;
   for (const Layer layer : kAllLayers) {
-    d.settled = d.settled && ladder.field(layer).speed_1_s() < kAtRest_1_s;
+    // STS is slow and decides nothing: its peaks may still shrink to what they hold without input.
+    const bool seen = layer == Layer::sts_grip || layer == Layer::sts_transport;
+    d.settled = d.settled && (seen || ladder.field(layer).speed_1_s() < kAtRest_1_s);
   }
   return d;
+}
+
+template <class Real>
+std::string indecision(const Ladder<Real>& ladder) {
+  for (const Layer layer : {Layer::pfc, Layer::f5_grip, Layer::f5_transport}) {
+    const int count = read_peaks(ladder, layer).count;
+    if (count == 1) continue;
+    return std::string(layer_name(layer)) + " has " +
+           (count == 0 ? std::string("no peak") : std::to_string(count) + " peaks");
+  }
+  return read_decision(ladder).settled ? "" : "the fields do not come to rest";
 }
 
 template Peaks read_peaks(const Ladder<float>&, Layer);
 template Peaks read_peaks(const Ladder<double>&, Layer);
 template Decision read_decision(const Ladder<float>&);
 template Decision read_decision(const Ladder<double>&);
+template std::string indecision(const Ladder<float>&);
+template std::string indecision(const Ladder<double>&);
 
 namespace {
 
@@ -66,8 +81,12 @@ Demonstration practice_sequence(const std::string& text, std::size_t i) {
 
 }  // namespace
 
-Imitator::Imitator(const ImitatorParams& params)
+Imitator::Imitator(const ImitatorParams& params, const std::function<void(Ladder<float>&)>& recall)
     : params_(params), ladder_(params.ladder), task_(task_stimulus(params.ladder.task)) {
+  if (recall) {
+    recall(ladder_);
+    return;
+  }
   for (std::size_t i = 0; i < params_.practice.size(); ++i) {
     const std::string& sequence = params_.practice[i];
     if (!rehearse(ladder_, practice_sequence(sequence, i))) refused_.push_back(sequence);
@@ -75,25 +94,58 @@ Imitator::Imitator(const ImitatorParams& params)
 }
 
 void Imitator::observe(const Demonstration& seen, bool complete, double period_s) {
-  if (!seen.anything()) {
+  if (!seen.action() && !complete) {
     if (stage_ == Stage::waiting) return;
     ladder_.reset();
     stage_ = Stage::waiting;
+    task_ = task_stimulus(params_.ladder.task);
     seen_ = {};
     decision_ = {};
-    deciding_s_ = 0.0;
+    deciding_s_ = unchanged_s_ = 0.0;
     window_left_ = reward_left_ = 0;
+    refusals_ = 0;
+    reason_.clear();
     return;
   }
   if (stage_ == Stage::deciding || stage_ == Stage::decided) return;
+  const bool new_symbol = !same_symbols(seen, seen_);
+  if (stage_ == Stage::undecided && !new_symbol) return;
   stage_ = Stage::watching;
-  unchanged_s_ = same_symbols(seen, seen_) ? unchanged_s_ + period_s : 0.0;
+  reason_.clear();
+  unchanged_s_ = new_symbol ? 0.0 : unchanged_s_ + period_s;
   seen_ = seen;
-  if (!complete && unchanged_s_ < params_.patience_s) return;
+  if (complete || unchanged_s_ >= params_.patience_s) present();
+}
+
+void Imitator::present() {
+  ladder_.reset();
   shown_ = task_;
   add_vision(params_.ladder.vision, seen_, shown_);
   window_left_ = std::lround(params_.ladder.vision.window_s / params_.ladder.dt_s);
+  reward_left_ = 0;
+  deciding_s_ = 0.0;
+  decision_ = {};
   stage_ = Stage::deciding;
+}
+
+void Imitator::refuse() {
+  if (!decided()) return;
+  constexpr double kInhibition = 6.0;  // more than all inputs of a site together
+  const int means = read_peaks(ladder_, Layer::pf).site,
+            goal = read_peaks(ladder_, Layer::pfc).site;
+  if (++refusals_ > params_.alternatives) return give_up("no plan, and no alternative is left");
+  // What is expected has failed: the habit [M18 2.2.2] no longer speaks for any means.
+  task_ = task_stimulus(
+      {.pf = refusals_ == 1 ? 0.0 : params_.ladder.task.pf, .pfc = params_.ladder.task.pfc});
+  if (refusals_ == 1 && means >= 0) task_.at(Layer::pf, means) -= kInhibition;
+  if (refusals_ > 1) task_.at(Layer::pfc, goal) -= kInhibition;
+  present();
+}
+
+void Imitator::give_up(std::string reason) {
+  stage_ = Stage::undecided;
+  reason_ = std::move(reason);
+  decision_ = {};
 }
 
 void Imitator::advance(double period_s, bool success) {
@@ -105,15 +157,16 @@ void Imitator::advance(double period_s, bool success) {
     reward_left_ -= reward ? 1 : 0;
     learning_ = learning_ || reward;
   }
-  if (stage_ == Stage::deciding) {
-    deciding_s_ += period_s;
-    decision_ = read_decision(ladder_);
-    decision_.settled =
-        decision_.settled && window_left_ == 0;  // held by the fields, not by the input
-    if (decision_.settled) {
-      stage_ = Stage::decided;
-      reward_left_ = std::lround(params_.ladder.learning.window_s / params_.ladder.dt_s);
-    }
+  if (stage_ != Stage::deciding) return;
+  deciding_s_ += period_s;
+  decision_ = read_decision(ladder_);
+  decision_.settled =
+      decision_.settled && window_left_ == 0;  // held by the fields, not by the input
+  if (decision_.settled) {
+    stage_ = Stage::decided;
+    reward_left_ = std::lround(params_.ladder.learning.window_s / params_.ladder.dt_s);
+  } else if (deciding_s_ >= params_.indecision_s && window_left_ == 0) {
+    give_up(indecision(ladder_) + (refusals_ > 0 ? "; what was decided first has no plan" : ""));
   }
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,8 @@ struct Decision {
   Transport transport = Transport::unknown;
   Goal goal = Goal::unknown;
   Color color = Color::unknown;
-  /// Exactly one peak in each of F5g, F5t and PFC, and all fields at rest: |u̇| < 1 per second.
+  /// Exactly one peak in each of F5g, F5t and PFC, and all fields but STS at rest: |u̇| < 1 per
+  /// second.
   bool settled = false;
 
   bool operator==(const Decision&) const = default;
@@ -34,10 +36,16 @@ struct Decision {
 template <class Real>
 Decision read_decision(const Ladder<Real>& ladder);
 
+/// Why the present activity is no decision, as "PFC has no peak"; empty if it is one.
+template <class Real>
+std::string indecision(const Ladder<Real>& ladder);
+
 extern template Peaks read_peaks(const Ladder<float>&, Layer);
 extern template Peaks read_peaks(const Ladder<double>&, Layer);
 extern template Decision read_decision(const Ladder<float>&);
 extern template Decision read_decision(const Ladder<double>&);
+extern template std::string indecision(const Ladder<float>&);
+extern template std::string indecision(const Ladder<double>&);
 
 struct ImitatorParams {
   LadderParams ladder{};
@@ -46,23 +54,30 @@ struct ImitatorParams {
   std::vector<std::string> practice = {"precision,above,high", "full,below,low"};
   /// A demonstration with hidden parts counts as over when nothing new was seen for this time [s].
   double patience_s = 5.0;
+  /// Fields that have not settled by then will not: every reference trial does within 1 s [s].
+  double indecision_s = 3.0;
+  int alternatives = 2;  ///< decisions tried after one for which there is no plan
 };
 
 /// Watches one demonstration after the other, lets the ladder decide, and learns from success.
 ///
-///   waiting --something seen--> watching --complete, or patience over--> deciding --stable-->
-///   decided any --all symbols gone: a new demonstration--> waiting (activity at rest, links stay)
+///   waiting --an action seen--> watching --complete, or patience over--> deciding --stable-->
+///   decided --no plan--> deciding (inhibits what failed) --not stable for indecision_s-->
+///   undecided --something new seen--> watching
+///   any --no action seen any more: a new demonstration--> waiting (fields at rest, links stay)
 ///
+/// A colour alone is no action: an object that stands there starts and ends nothing.
 /// All that was seen drives the fields at once, when the demonstration is over: the order of the
 /// decisions is that of the fields, not that of the teacher's hand, else the means would always be
 /// decided before the goal can override them [M18 fig. 2.21].
 class Imitator {
  public:
-  enum class Stage { waiting, watching, deciding, decided };
+  enum class Stage { waiting, watching, deciding, decided, undecided };
 
-  /// Practises; some hundred milliseconds of computation. @throws ConfigError for impossible
-  /// constants.
-  explicit Imitator(const ImitatorParams& params);
+  /// Practises; some hundred milliseconds of computation. With `recall`, which brings links learned
+  /// before, it does that instead. @throws ConfigError for impossible constants.
+  explicit Imitator(const ImitatorParams& params,
+                    const std::function<void(Ladder<float>&)>& recall = {});
 
   /// Takes what vision holds now. Not calling it (no fresh image) stops the clock of `patience_s`.
   /// @param complete the teacher's action is over
@@ -71,6 +86,9 @@ class Imitator {
   /// @param success the planner has a complete plan for this decision: rewards it, once, for the
   /// window
   void advance(double period_s, bool success);
+  /// The planner has no plan for the decision. Other means for the goal are tried first, as the
+  /// goal has the priority; if they fail too, the goal is given up and the means decide.
+  void refuse();
 
   Stage stage() const { return stage_; }
   /// Before Stage::decided: the present activity of the fields, not settled. After: the decision,
@@ -82,20 +100,27 @@ class Imitator {
   bool learned() const { return decided() && reward_left_ == 0; }
   bool decided() const { return stage_ == Stage::decided; }
   double deciding_s() const { return deciding_s_; }  ///< since the onset of the inputs [s]
+  /// Why there is no decision; empty in other stages than `undecided`.
+  const std::string& reason() const { return reason_; }
   /// Practice sequences that the robot would not do, because it had learned another before.
   const std::vector<std::string>& refused() const { return refused_; }
   const Ladder<float>& ladder() const { return ladder_; }
 
  private:
+  void present();
+  void give_up(std::string reason);
+
   ImitatorParams params_;
   Ladder<float> ladder_;
-  Stimulus task_, shown_;
+  Stimulus task_, shown_;  // task input with what failed inhibited; with vision
   Stage stage_ = Stage::waiting;
   Demonstration seen_;
   Decision decision_;
   double unchanged_s_ = 0.0, deciding_s_ = 0.0;
   long window_left_ = 0, reward_left_ = 0;  // ladder steps
   bool learning_ = false;
+  int refusals_ = 0;
+  std::string reason_;
   std::vector<std::string> refused_;
 };
 

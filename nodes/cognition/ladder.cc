@@ -18,6 +18,8 @@ constexpr std::array<Ends, kConnections> kEnds = {{{Layer::sts_grip, Layer::pf},
                                                    {Layer::sts_transport, Layer::f5_transport},
                                                    {Layer::pf, Layer::f5_grip},
                                                    {Layer::pf, Layer::f5_transport},
+                                                   {Layer::f5_grip, Layer::pf},
+                                                   {Layer::f5_transport, Layer::pf},
                                                    {Layer::pf, Layer::pfc},
                                                    {Layer::pfc, Layer::pf},
                                                    {Layer::color, Layer::pfc},
@@ -36,6 +38,9 @@ double gain(const LinkGains& g, Connection c) {
     case Connection::pf_f5_grip:
     case Connection::pf_f5_transport:
       return g.pf_to_f5;
+    case Connection::f5_grip_pf:
+    case Connection::f5_transport_pf:
+      return g.f5_to_pf;
     case Connection::pf_pfc:
       return g.pf_to_pfc;
     case Connection::pfc_pf:
@@ -72,12 +77,21 @@ void add_vision(const VisionInput& vision, const Demonstration& shown, Stimulus&
   add(Layer::color, site(shown.color), vision.color * shown.color_confidence);
 }
 
+void add_plan(double amplitude, const Demonstration& planned, Stimulus& to) {
+  if (const int grip = site(planned.grip); grip >= 0) to.at(Layer::f5_grip, grip) += amplitude;
+  if (const int transport = site(planned.transport); transport >= 0) {
+    to.at(Layer::f5_transport, transport) += amplitude;
+  }
+}
+
 template <class Real>
 Ladder<Real>::Ladder(const LadderParams& params) : params_(params) {
   const double dx = params.field.dx, length = params.field.neurons * dx;
   for (const Layer layer : kAllLayers) {
     FieldParams p = params.field;
     if (layer == Layer::sts_grip || layer == Layer::sts_transport) p.tau_s = params.sts_tau_s;
+    if (layer == Layer::pf) p.tau_s = params.pf_tau_s;
+    if (layer == Layer::pfc) p.tau_s = params.pfc_tau_s;
     fields_.emplace_back(p, params.dt_s);
     for (int s = 0; s < sites(layer); ++s) {
       auto& bump = bump_[index(layer)][static_cast<std::size_t>(s)];
@@ -140,6 +154,8 @@ void Ladder<Real>::install_innate() {
     install(Connection::sts_transport_pf, c.transport, c.pf);
     install(Connection::pf_f5_grip, c.pf, c.grip);
     install(Connection::pf_f5_transport, c.pf, c.transport);
+    install(Connection::f5_grip_pf, c.grip, c.pf);
+    install(Connection::f5_transport_pf, c.transport, c.pf);
   }
   for (int s = 0; s < 2; ++s) {
     install(Connection::sts_grip_f5, s, s);

@@ -12,12 +12,13 @@ namespace mimesis::cognition {
 /// threshold of ignition (2.2 for a field at rest) a link drives the next field, below it only
 /// preshapes it.
 struct LinkGains {
-  double sts_to_pf = 1.3524804441964529;  ///< grip and transport each; only both together ignite PF
-  double sts_to_f5 = 1.0;                 ///< direct matching, preshapes
-  double pf_to_f5 = 4.5;                  ///< an ignited combination ignites its means
-  double pf_to_pfc = 2.036942294512025;   ///< from PF to PFC, learned
-  double pfc_to_pf = 3.061595294290408;   ///< from PFC to PF, learned
-  double color = 4.5;                     ///< gain: COL to PFC and back, learned; vision: to COL
+  double sts_to_pf = 1.3;  ///< grip and transport each; only both together ignite PF
+  double sts_to_f5 = 1.0;  ///< direct matching, preshapes
+  double pf_to_f5 = 4.5;   ///< an ignited combination ignites its means
+  double pf_to_pfc = 1.9;  ///< from PF to PFC, learned
+  double pfc_to_pf = 2.6;  ///< from PFC to PF, learned
+  double f5_to_pf = 0.9;   ///< F5g and F5t each: a planned motion names its combination
+  double color = 4.5;      ///< gain: COL to PFC and back, learned; vision: to COL
 
   template <class V>
   void visit(V& v) {
@@ -26,14 +27,15 @@ struct LinkGains {
     v("pf_to_f5", pf_to_f5, 0.0, 20.0);
     v("pf_to_pfc", pf_to_pfc, 0.0, 20.0);
     v("pfc_to_pf", pfc_to_pf, 0.0, 20.0);
+    v("f5_to_pf", f5_to_pf, 0.0, 20.0);
     v("color", color, 0.0, 20.0);
   }
 };
 
 /// Gaussian inputs from vision at full confidence: amplitudes [1], width [1], duration [s].
 struct VisionInput {
-  double sts = 3.339890871576646;  ///< amplitude to STSg and STSt, each
-  double pfc = 2.7001747339679403;
+  double sts = 6.0;  ///< amplitude to STSg and STSt, each
+  double pfc = 3.45;
   double color = 4.5;
   double width = 5.0;     ///< σ on the feature axis [1]; vision: of the task input too
   double window_s = 0.6;  ///< vision: input of a demonstration; learning: reward of a success
@@ -51,8 +53,8 @@ struct VisionInput {
 /// Knowledge of a familiar task: constant input that preshapes [M18 2.2.2], amplitudes
 /// [1].
 struct TaskInput {
-  double pf = 1.4629668328708365;   ///< amplitude to PG-AT and FG-BT
-  double pfc = 0.7369377837296097;  ///< amplitude to both goals
+  double pf = 1.2;    ///< amplitude to PG-AT and FG-BT
+  double pfc = 1.42;  ///< amplitude to both goals
 
   template <class V>
   void visit(V& v) {
@@ -63,9 +65,11 @@ struct TaskInput {
 
 /// Learning by eq. 2.3.
 struct Learning {
-  double tau_s = 0.4;         ///< learning: τ_s, much longer than τ; field: τ [s]
-  double window_s = 2.0;      ///< duration of the reward of a success [s]
-  double local_above = -1.5;  ///< activity that makes a neuron part of a population [1]
+  double tau_s = 0.4;     ///< learning: τ_s, much longer than τ; field: τ [s]
+  double window_s = 2.0;  ///< duration of the reward of a success [s]
+  /// Activity that makes a neuron part of a population: u_TH. Below it, what is merely preshaped
+  /// would be linked as if it had been decided [1].
+  double local_above = 0.0;
 
   template <class V>
   void visit(V& v) {
@@ -78,8 +82,11 @@ struct Learning {
 /// All constants of the ladder. The values are one set that shows every figure of M18 2.4; M18
 /// prints none.
 struct LadderParams {
-  double dt_s = 0.001;      ///< Euler step; 1, 2 and 5 ms give the same decisions
-  double sts_tau_s = 0.03;  ///< τ of the two STS fields; all others: field.tau_s
+  double dt_s = 0.001;       ///< Euler step; 1, 2 and 5 ms give the same decisions
+  double sts_tau_s = 0.086;  ///< τ of the two STS fields
+  double pf_tau_s = 0.011;   ///< τ of PF
+  double pfc_tau_s = 0.06;   ///< τ of PFC; all others: field.tau_s
+  double plan = 3.5;         ///< input of a successful test plan to F5g and F5t, each [1]
   FieldParams field{};
   LinkGains gain{};
   VisionInput vision{};
@@ -90,6 +97,9 @@ struct LadderParams {
   void visit(V& v) {
     v("dt_s", dt_s, 1e-4, 0.005);
     v("sts_tau_s", sts_tau_s, 0.005, 1.0);
+    v("pf_tau_s", pf_tau_s, 0.005, 1.0);
+    v("pfc_tau_s", pfc_tau_s, 0.005, 1.0);
+    v("plan", plan, 0.0, 20.0);
     v.group("field", [&](auto& g) {
       g("neurons", field.neurons, 32, 1024);
       g("dx", field.dx, 0.05, 10.0);
@@ -117,12 +127,14 @@ enum class Connection {
   sts_transport_f5,
   pf_f5_grip,
   pf_f5_transport,
+  f5_grip_pf,
+  f5_transport_pf,
   pf_pfc,
   pfc_pf,
   color_pfc,
   pfc_color,
 };
-inline constexpr std::size_t kConnections = 10;
+inline constexpr std::size_t kConnections = 12;
 
 /// Amplitudes of the Gaussian inputs, per layer and site [1].
 class Stimulus {
@@ -142,6 +154,8 @@ class Stimulus {
 Stimulus task_stimulus(const TaskInput& task);
 /// Adds what vision saw; unknown symbols add nothing.
 void add_vision(const VisionInput& vision, const Demonstration& shown, Stimulus& to);
+/// Adds `amplitude` to the means of a test plan in F5 [M18 2.4.3, fig. 2.22].
+void add_plan(double amplitude, const Demonstration& planned, Stimulus& to);
 
 /// Seven coupled fields that match observations with the robot's actions and goals [M18 fig. 2.2]:
 ///
@@ -174,6 +188,10 @@ class Ladder {
   void install(Connection c, int source_site, int target_site, double factor = 1.0);
   /// A lesion: the link transmits nothing until it is learned again.
   void cut(Connection c) { links_[static_cast<std::size_t>(c)].clear(); }
+  /// One synapse as it was learned before.
+  void set_weight(Connection c, std::size_t target, std::size_t source, Real weight) {
+    links_[static_cast<std::size_t>(c)].set_weight(target, source, weight);
+  }
   /// η of eq. 2.3 for one link.
   double eta(Connection c) const { return eta_[static_cast<std::size_t>(c)]; }
 

@@ -212,6 +212,13 @@ void Link<Real>::install(std::span<const Real> target_rate, std::span<const Real
 }
 
 template <class Real>
+void Link<Real>::set_weight(std::size_t x, std::size_t y, Real weight) {
+  MIMESIS_ASSERT(x < targets_ && y < sources_);
+  weights_[y * targets_ + x] = weight;
+  spans_[y] = {std::min(spans_[y].first, x), std::max(spans_[y].last, x + 1)};
+}
+
+template <class Real>
 void Link<Real>::widen(std::span<const Real> target_rate, std::size_t y, Real local_above_rate) {
   Span& span = spans_[y];
   for (std::size_t x = 0; x < targets_; ++x) {

@@ -97,6 +97,7 @@ class Link {
                Real local_above_rate);
 
   Real weight(std::size_t x, std::size_t y) const { return weights_[y * targets_ + x]; }
+  void set_weight(std::size_t x, std::size_t y, Real weight);
   void clear();
 
  private:

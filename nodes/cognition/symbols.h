@@ -21,9 +21,9 @@ struct Demonstration {
   double grip_confidence = 1.0, transport_confidence = 1.0, goal_confidence = 1.0,
          color_confidence = 1.0;
 
-  bool anything() const {
-    return grip != Grip::unknown || transport != Transport::unknown || goal != Goal::unknown ||
-           color != Color::unknown;
+  /// Somebody acts: the colour of an object that only stands there is no demonstration.
+  bool action() const {
+    return grip != Grip::unknown || transport != Transport::unknown || goal != Goal::unknown;
   }
 };
 

@@ -27,16 +27,26 @@ template <class Real>
 TrialResult run_trial(Ladder<Real>& ladder, const Trial& trial,
                       const std::function<void(double)>& observe) {
   const LadderParams& p = ladder.params();
-  const Stimulus task = task_stimulus(trial.task);
-  Stimulus shown = task;
-  add_vision(p.vision, trial.shown, shown);
+  const long window = steps(p.vision.window_s, p.dt_s), end = steps(trial.duration_s, p.dt_s);
+  const auto stimulus = [&](long i) {
+    const auto present = [&](double from_s) {
+      return i >= steps(from_s, p.dt_s) && i < steps(from_s, p.dt_s) + window;
+    };
+    Stimulus s = task_stimulus(trial.task);
+    if (present(0.0)) add_vision(p.vision, trial.shown, s);
+    for (const LaterInput& later : trial.later) {
+      if (!present(later.at_s)) continue;
+      add_vision(p.vision, later.shown, s);
+      add_plan(p.plan, later.planned, s);
+    }
+    return s;
+  };
 
   TrialResult result;
   result.onset_s.fill(std::numeric_limits<double>::quiet_NaN());
   ladder.reset();
-  const long window = steps(p.vision.window_s, p.dt_s), end = steps(trial.duration_s, p.dt_s);
   for (long i = -steps(trial.preshape_s, p.dt_s); i < end; ++i) {
-    ladder.step(i >= 0 && i < window ? shown : task);
+    ladder.step(stimulus(i));
     const double t_s = static_cast<double>(i + 1) * p.dt_s;
     for (const Layer layer : kAllLayers) {
       double& onset_s = result.onset_s[index(layer)];

@@ -2,11 +2,19 @@
 #include <array>
 #include <functional>
 #include <string_view>
+#include <vector>
 
 #include "nodes/cognition/imitator.h"
 #include "nodes/cognition/ladder.h"
 
 namespace mimesis::cognition {
+
+/// What reaches the fields after the onset of a demonstration, for vision.window_s.
+struct LaterInput {
+  double at_s;              ///< from the onset of the demonstration [s]
+  Demonstration shown{};    ///< parts that vision sees only now
+  Demonstration planned{};  ///< means for which the planner found a motion
+};
 
 /// One run of the ladder from rest: task input alone, then a demonstration, then relaxation.
 struct Trial {
@@ -14,6 +22,7 @@ struct Trial {
   TaskInput task{};         ///< constant input
   double preshape_s = 1.0;  ///< task input before the demonstration [s]
   double duration_s = 2.0;  ///< from the onset of the demonstration [s]
+  std::vector<LaterInput> later{};
 };
 
 /// Events of a trial; times from the onset of the demonstration.

@@ -1,11 +1,16 @@
 #include "nodes/cognition/cognition_node.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include "common/testing/loopback.h"
+#include "nodes/cognition/links_node.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -81,6 +86,90 @@ const v1::Observation kOther = observation(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v
 std::string text(const v1::Decision& d) {
   return v1::Grip_Name(d.grip()) + " " + v1::Transport_Name(d.transport()) + " " +
          v1::Goal_Name(d.goal());
+}
+
+v1::Observation only_color(v1::ObjectColor color) {
+  v1::Observation o;
+  o.set_color(color);
+  o.set_color_confidence(1.0);
+  return o;
+}
+v1::Observation grasp_only(v1::Grip grip) {
+  return observation(grip, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false);
+}
+
+TEST(CognitionNode, AnIdleObjectStartsNeitherPatienceNorADecision) {
+  Rig rig({.imitator = {.practice = {"precision,above,high,light", "full,below,low,dark"}}});
+  rig.seen = only_color(v1::OBJECT_COLOR_LIGHT);  // stands there; the teacher takes his time
+  rig.run(12s);
+  EXPECT_EQ(rig.decision().goal(), v1::GOAL_UNSPECIFIED);
+  EXPECT_FALSE(rig.decision().settled());
+  rig.seen = kOther;
+  rig.seen.set_color(v1::OBJECT_COLOR_DARK);
+  rig.run(1500ms);
+  EXPECT_TRUE(rig.decision().settled());
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+}
+
+TEST(CognitionNode,
+     AfterAMereGraspTheNextDemonstrationCounts) {  // the object's colour stays in view
+  Rig rig({.imitator = {.patience_s = 0.5}});
+  rig.seen = grasp_only(v1::GRIP_FULL);
+  rig.seen.set_color(v1::OBJECT_COLOR_LIGHT);
+  rig.run(2s);
+  ASSERT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+  rig.seen = only_color(v1::OBJECT_COLOR_LIGHT);  // vision forgets the grasp when the hand is back
+  rig.run(100ms);
+  EXPECT_FALSE(rig.decision().settled());
+  rig.seen = kPreferred;
+  rig.seen.set_color(v1::OBJECT_COLOR_LIGHT);
+  rig.run(1500ms);
+  EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
+}
+
+TEST(CognitionNode, ADecisionThatNeverFallsEndsWithAReason) {
+  Rig rig({.imitator = {.practice = {}, .patience_s = 0.5}});
+  rig.seen = grasp_only(v1::GRIP_FULL);
+  rig.run(3s);
+  EXPECT_EQ(rig.decision().reason(), "");
+  rig.run(1s);
+  EXPECT_FALSE(rig.decision().settled());
+  EXPECT_EQ(rig.decision().reason(), "PFC has no peak");
+  rig.seen = kOther;  // the teacher goes on after all
+  rig.run(1500ms);
+  EXPECT_TRUE(rig.decision().settled());
+  EXPECT_EQ(rig.decision().reason(), "");
+}
+
+TEST(CognitionNode, WithoutAPlanOtherMeansAreTriedThenTheMeansDecide) {
+  Rig rig;
+  rig.show(observation(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_HIGH));
+  ASSERT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
+  rig.planner_says(v1::TASK_STATE_FAILED, false);
+  rig.run(1500ms);
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_HIGH");  // the means shown
+  rig.planner_says(v1::TASK_STATE_FAILED, false);
+  rig.run(1500ms);
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");  // the goal of these means
+  EXPECT_FALSE(rig.ever_learned());
+  rig.planner_says(v1::TASK_STATE_FAILED, false);
+  rig.run(100ms);
+  EXPECT_FALSE(rig.decision().settled());
+  EXPECT_EQ(rig.decision().reason(), "no plan, and no alternative is left");
+  rig.task.Clear();
+  rig.show(kPreferred);  // doubts end with the demonstration
+  EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
+}
+
+TEST(CognitionNode, AFailureOnTheWayTriesNothingElse) {
+  Rig rig;
+  rig.show(kPreferred);
+  rig.planner_says(v1::TASK_STATE_EXECUTING, true);
+  rig.run(100ms);
+  rig.planner_says(v1::TASK_STATE_FAILED, false);  // the arm or the hand, not the plan
+  rig.run(1s);
+  EXPECT_TRUE(rig.decision().settled());
+  EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
 }
 
 TEST(CognitionNode, CopiesWhatWasShown) {
@@ -234,11 +323,86 @@ TEST(CognitionNode, LearnsOnlyWhileThePlanSucceeds) {
   EXPECT_FALSE(rig.decision().learned());  // not yet for this decision
 }
 
+/// A file that is gone after the test.
+struct LinkFile {
+  std::string path = ::testing::TempDir() + "mimesis_links_" + std::to_string(::getpid()) + ".json";
+  LinkFile() = default;
+  LinkFile(const LinkFile&) = delete;
+  LinkFile& operator=(const LinkFile&) = delete;
+  ~LinkFile() { std::remove(path.c_str()); }
+
+  std::string read() const {
+    std::ifstream in(path);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void replace(const std::string& from, const std::string& to) const {
+    std::string content = read();
+    ASSERT_NE(content.find(from), std::string::npos) << from;
+    content.replace(content.find(from), from.size(), to);
+    std::ofstream(path) << content;
+  }
+};
+
+TEST(CognitionNode, LinksOutliveTheProcess) {
+  const LinkFile file;
+  {
+    Rig teacher({.save_links = file.path, .imitator = {.practice = {}}});
+    teacher.show(kOther);
+    teacher.planner_says(v1::TASK_STATE_EXECUTING, true);
+    teacher.run(1s);
+    EXPECT_EQ(file.read(), "") << "saved before the window was over";
+    teacher.run(1500ms);
+  }
+  const std::string learned = file.read();
+  ASSERT_NE(learned, "");
+  Rig heir({.links = file.path, .imitator = {.patience_s = 0.5}});
+  heir.show(grasp_only(v1::GRIP_FULL));
+  heir.run(1s);
+  EXPECT_EQ(text(heir.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+  heir.show(grasp_only(v1::GRIP_PRECISION));  // it has not practised the other sequence
+  heir.run(3s);
+  EXPECT_EQ(heir.decision().goal(), v1::GOAL_UNSPECIFIED);
+
+  Ladder<float> ladder({});
+  load_links(file.path, ladder);
+  save_links(file.path, ladder);
+  EXPECT_EQ(file.read(), learned) << "a weight changed on the way";
+}
+
+TEST(CognitionNode, RefusesLinksThatDoNotFit) {
+  const auto refused = [](const std::string& from, const std::string& to, const char* why,
+                          const CognitionParams& given = {}) {
+    const LinkFile file;
+    Ladder<float> ladder({});
+    ladder.install(Connection::pf_pfc, kFgBt, 1);
+    save_links(file.path, ladder);
+    if (!from.empty()) file.replace(from, to);
+    testing::Loopback bus;
+    CognitionParams params = given;
+    params.links = file.path;
+    try {
+      const CognitionNode node(params, bus);
+      ADD_FAILURE() << "accepted: " << to;
+    } catch (const ConfigError& e) {
+      EXPECT_NE(std::string(e.what()).find(why), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find(file.path), std::string::npos) << e.what();
+    }
+  };
+  refused("\"version\":1", "\"version\":2", "is of version 2, expected 1");
+  refused("mimesis-links", "other", "expected \"format\"");
+  refused("", "", "was learned with field.neurons = 128, here it is 64",
+          {.imitator = {.ladder = {.field = {.neurons = 64}}}});
+  refused("\"inhibition\":1.0", "\"inhibition\":1.5", "field.inhibition = 1.5");
+  refused("PF->PFC", "PF->PFX", "PF->PFC");
+  refused("\"PF->PFC\":[[", "\"PF->PFC\":[[2", "reaches beyond 128 neurons");
+  refused("{\"format", "[\"format", "no file of links");
+  testing::Loopback bus;
+  EXPECT_THROW(CognitionNode({.links = "/nowhere/links.json"}, bus), ConfigError);
+}
+
 TEST(CognitionNode, DoesNotLearnFromOtherStatus) {
   Rig rig({.task_stale_s = 0.5});
   rig.show(kPreferred);
-  rig.planner_says(v1::TASK_STATE_FAILED, false);
-  rig.run(1s);
   rig.planner_says(v1::TASK_STATE_DONE, true);  // success of an earlier decision for the same means
   rig.run(1s);
   rig.planner_says(v1::TASK_STATE_EXECUTING, true);

@@ -82,6 +82,34 @@ TEST(Trial, RefusesToRehearseAgainstItsHabit) {
   EXPECT_EQ(weights(ladder, Connection::pfc_pf), before);
 }
 
+/// Largest weight of PFC->PF from the high goal to the population at one site of PF.
+double link_of_high(const Ladder<double>& ladder, int site) {
+  const auto at = [](double fraction) {
+    return static_cast<std::size_t>(std::lround(fraction * static_cast<double>(kNeurons)));
+  };
+  const std::size_t x = at(site_fraction(Layer::pf, site)), y = at(site_fraction(Layer::pfc, 0));
+  double largest = 0.0;
+  for (std::size_t i = x - 12; i < x + 12; ++i) {
+    for (std::size_t j = y - 12; j < y + 12; ++j) {
+      largest = std::max(largest, ladder.link(Connection::pfc_pf).weight(i, j));
+    }
+  }
+  return largest;
+}
+
+TEST(Trial, WhatIsOnlyPreshapedIsNotLinked) {  // the task input preshapes PG-AT and FG-BT all along
+  Ladder<double> ladder({});
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("full,above,high")));
+  EXPECT_GT(link_of_high(ladder, kFgAt), 0.1);
+  for (const int other : {kPgAt, kFgBt, kPgBt})
+    EXPECT_EQ(link_of_high(ladder, other), 0.0) << other;
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("full,below,low")));
+  const TrialResult r =
+      run_trial(ladder, {.shown = {.grip = Grip::full}, .task = ladder.params().task});
+  EXPECT_EQ(r.site(Layer::pf), kFgBt);
+  EXPECT_EQ(r.decision.goal, Goal::low);
+}
+
 TEST(Trial, StepDoesNotAllocateAndRepeatsEveryBit) {
   Ladder<float> a({}), b({});
   Stimulus stimulus = task_stimulus(a.params().task);

@@ -1,0 +1,185 @@
+#include "experiments/fields/situations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace mimesis::cognition {
+namespace {
+
+/// Normal deviate by Box and Muller: std::normal_distribution differs between libraries.
+double normal(std::mt19937& random) {
+  const auto uniform = [&] { return (static_cast<double>(random()) + 0.5) / 4294967296.0; };
+  const double radius = std::sqrt(-2.0 * std::log(uniform()));
+  return radius * std::cos(2.0 * std::numbers::pi * uniform());
+}
+
+}  // namespace
+
+std::vector<double*> Constants::gains() {
+  auto& gain = ladder.gain;
+  auto& vision = ladder.vision;
+  auto& task = ladder.task;
+  return {&gain.sts_to_pf, &gain.sts_to_f5, &gain.pf_to_f5, &gain.f5_to_pf, &gain.pf_to_pfc,
+          &gain.pfc_to_pf, &gain.color,     &vision.sts,    &vision.pfc,    &vision.color,
+          &task.pf,        &task.pfc,       &ladder.plan,   &weak};
+}
+
+template <class Real>
+Ladder<Real> practised(const Constants& constants, Practice practice) {
+  Ladder<Real> ladder(constants.ladder);
+  if (practice == Practice::none) return ladder;
+  const bool colors = practice == Practice::colors;
+  rehearse(ladder, parse_sequence(colors ? "precision,above,high,light" : "precision,above,high"));
+  rehearse(ladder, parse_sequence(colors ? "full,below,low,dark" : "full,below,low"));
+  if (practice == Practice::both_means) {
+    ladder.install(Connection::pfc_pf, 0, kFgBt, constants.weak);
+  }
+  if (practice == Practice::lesioned) ladder.cut(Connection::pfc_pf);
+  return ladder;
+}
+
+Sites sites_of(const TrialResult& result) {
+  Sites sites{};
+  for (const Layer layer : kAllLayers) {
+    const Peaks& peaks = result.peaks[index(layer)];
+    sites[index(layer)] = peaks.count > 1 ? -2 : peaks.site;
+  }
+  return sites;
+}
+
+std::vector<Situation> situations(const LadderParams& params) {
+  const TaskInput task = params.task, unready{.pf = 0.0, .pfc = 0.0};
+  const TaskInput no_habit{.pf = 0.0, .pfc = task.pfc}, no_expectation{.pf = task.pf, .pfc = 0.0};
+  const Demonstration full{.grip = Grip::full};
+  const Demonstration full_above{.grip = Grip::full, .transport = Transport::above};
+  const auto copied = [&](const char* sequence) {
+    return Trial{.shown = parse_sequence(sequence), .task = task};
+  };
+  constexpr Sites kSilent = {-1, -1, -1, -1, -1, -1, -1};
+  using enum Practice;
+  std::vector<Situation> all;
+  for (const Practice practice : {none, familiar}) {
+    const std::string who = practice == none ? "novice: " : "familiar: ";
+    all.push_back({"2.17",
+                   who + "PG, AT, high copied",
+                   practice,
+                   copied("precision,above,high"),
+                   {0, 0, kPgAt, 0, 0, 0, -1}});
+    all.push_back({"2.18",
+                   who + "FG, BT, low copied",
+                   practice,
+                   copied("full,below,low"),
+                   {1, 1, kFgBt, 1, 1, 1, -1}});
+    all.push_back(
+        {"2.17", who + "task input alone decides nothing", practice, {.task = task}, kSilent});
+  }
+  all.push_back({"2.17",
+                 "novice: PG, AT, low copied",
+                 none,
+                 copied("precision,above,low"),
+                 {0, 0, kPgAt, 0, 0, 1, -1}});
+  all.push_back({"2.19",
+                 "strong expectation: the preferred means",
+                 both_means,
+                 copied("full,below,high"),
+                 {1, 1, kPgAt, 0, 0, 0, -1}});
+  all.push_back({"2.19",
+                 "no expectation: the means shown",
+                 both_means,
+                 {.shown = parse_sequence("full,below,high"), .task = no_expectation},
+                 {1, 1, kFgBt, 1, 1, 0, -1}});
+  all.push_back({"2.20",
+                 "FG alone: low inferred",
+                 familiar,
+                 {.shown = full, .task = task},
+                 {1, -1, kFgBt, 1, 1, 1, -1}});
+  all.push_back({"2.20",
+                 "PG alone: high inferred",
+                 familiar,
+                 {.shown = {.grip = Grip::precision}, .task = task},
+                 {0, -1, kPgAt, 0, 0, 0, -1}});
+  all.push_back({"2.20",
+                 "FG alone, no expectation: nothing",
+                 familiar,
+                 {.shown = full, .task = unready},
+                 {1, -1, -1, -1, -1, -1, -1}});
+  all.push_back({"2.21",
+                 "FG, AT, high: PG instead",
+                 familiar,
+                 copied("full,above,high"),
+                 {1, 0, kPgAt, 0, 0, 0, -1}});
+  all.push_back({"2.21",
+                 "lesion of PFC->PF: FG copied",
+                 lesioned,
+                 {.shown = parse_sequence("full,above,high"), .task = no_habit},
+                 {1, 0, kFgAt, 1, 0, 0, -1}});
+  all.push_back({"2.22",
+                 "no test plan: the preferred means",
+                 familiar,
+                 dialogue({}),
+                 {1, -1, kPgAt, 0, 0, 0, -1}});
+  all.push_back({"2.22",
+                 "a test plan for FG, AT: the grip copied",
+                 familiar,
+                 dialogue(full_above),
+                 {1, -1, kFgAt, 1, 0, 0, -1}});
+  for (const int s : {0, 1}) {
+    const int pf = s == 0 ? kPgAt : kFgBt;
+    const Sites both = {-1, -1, pf, s, s, s, s};
+    all.push_back({"2.23",
+                   s == 0 ? "light: high" : "dark: low",
+                   colors,
+                   {.shown = {.color = static_cast<Color>(s + 1)}, .task = task},
+                   both});
+    all.push_back({"2.24",
+                   s == 0 ? "high: light" : "low: dark",
+                   colors,
+                   {.shown = {.goal = static_cast<Goal>(s + 1)}, .task = task},
+                   both});
+  }
+  return all;
+}
+
+Trial dialogue(const Demonstration& planned) {
+  return {.shown = {.grip = Grip::full},
+          .task = {.pf = 0.0, .pfc = 0.0},
+          .duration_s = 2.8,
+          .later = {{.at_s = kPlanned_s, .planned = planned},
+                    {.at_s = kPlaced_s, .shown = {.goal = Goal::high}}}};
+}
+
+template <class Real>
+std::vector<std::string> figures_that_hold(const Constants& constants) {
+  std::map<Practice, Ladder<Real>> ladders;
+  std::map<std::string, bool> held;
+  bool all = true;
+  for (const Situation& s : situations(constants.ladder)) {
+    if (!ladders.contains(s.practice)) {
+      ladders.emplace(s.practice, practised<Real>(constants, s.practice));
+    }
+    const bool ok = sites_of(run_trial(ladders.at(s.practice), s.trial)) == s.expected;
+    held.try_emplace(s.figure, true).first->second &= ok;
+    all = all && ok;
+  }
+  std::vector<std::string> names;
+  for (const auto& [figure, ok] : held) {
+    if (ok) names.push_back(figure);
+  }
+  if (all) names.emplace_back("all");
+  return names;
+}
+
+Constants jittered(Constants constants, unsigned seed, double spread) {
+  std::mt19937 random(seed);
+  for (double* gain : constants.gains()) *gain *= 1.0 + spread * normal(random);
+  return constants;
+}
+
+template Ladder<float> practised(const Constants&, Practice);
+template Ladder<double> practised(const Constants&, Practice);
+template std::vector<std::string> figures_that_hold<float>(const Constants&);
+template std::vector<std::string> figures_that_hold<double>(const Constants&);
+
+}  // namespace mimesis::cognition
