@@ -159,11 +159,10 @@ void add_plan(double amplitude, const Demonstration& planned, Stimulus& to);
 
 /// Seven coupled fields that match observations with the robot's actions and goals [M18 fig. 2.2]:
 ///
-///   STSg ──┬──> F5g <──┐        COL          STS->PF, STS->F5, PF->F5: innate (eq. 2.4 at
-///   construction)
-///          └──> PF ────┼──<──> PFC <─┘       PF<->PFC, COL<->PFC: learned (eq. 2.3)
-///   STSt ──┬──> PF     │
-///          └──> F5t <──┘
+///   STSg ──┬──> F5g <─┐         COL      STS->PF, STS->F5, PF<->F5: innate (eq. 2.4)
+///          └──> PF <──┼──<──> PFC <─┘    PF<->PFC, COL<->PFC: learned (eq. 2.3)
+///   STSt ──┬──> PF    │
+///          └──> F5t <─┘
 ///
 /// A step is O(7 N · 8σ/dx + learned weights); it does not allocate, and the same inputs give the
 /// same bits.

@@ -78,6 +78,19 @@ TEST(ImitationGraph, BlockedGoalIsAFailureWithAReason) {
   EXPECT_FALSE(result["reason"].get<std::string>().empty());
 }
 
+/// No means reach the goal that was seen: the means decide, and their goal is free.
+TEST(ImitationGraph, ABlockedGoalIsDecidedByTheMeans) {
+  Scenario run("imitation",
+               {"--arg", "teacher=full,below,high", "--set", "world.goal_blocked=high"});
+  EXPECT_EQ(run.wait(), 0);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["grip"], "full");
+  EXPECT_EQ(result["transport"], "below");
+  EXPECT_EQ(result["goal"], "low");
+  EXPECT_EQ(result["placed"], true);
+}
+
 TEST(ImitationGraph, LogDrivesVisionAndCognitionToTheSameDecision) {
   Scenario run("imitation");
   ASSERT_EQ(run.wait(), 0);

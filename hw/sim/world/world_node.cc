@@ -86,7 +86,8 @@ void WorldNode::step(runtime::Time now) {
   follow_task(now);
   publish_state(now);
   publish_scene(now);
-  const bool settled = task_ended_ && runtime::to_seconds(now - *task_ended_) >= params_.settle_s;
+  const double wait_s = task_end_.done ? params_.settle_s : params_.retry_s;
+  const bool settled = task_ended_ && runtime::to_seconds(now - *task_ended_) >= wait_s;
   if (settled && !outcome_sent_ && after != ObjectState::falling) publish_outcome(now);
 }
 

@@ -30,6 +30,7 @@ struct WorldParams {
   double measurement_sigma_m = 0.001;
   int seed = 1;           ///< seed of the measurement errors
   double settle_s = 0.5;  ///< from the task's end to the verdict [s]
+  double retry_s = 1.5;   ///< from a task's failure to the verdict: another decision may follow [s]
   double stale_s = 0.2;   ///< older states of arm or hand silence the contact [s]
 
   void visit(runtime::ParamVisitor& v) {
@@ -43,6 +44,7 @@ struct WorldParams {
     v.changeable([&] { v("measurement_sigma_m", measurement_sigma_m, 0.0, 0.02); });
     v("seed", seed, 0, 1'000'000);
     v("settle_s", settle_s, 0.0, 60.0);
+    v("retry_s", retry_s, 0.0, 60.0);
     v.changeable([&] { v("stale_s", stale_s, 0.01, 10.0); });
   }
 };

@@ -19,7 +19,7 @@ WorldParams params() {
   WorldParams p;
   p.robot = kModels + "lwr4.yaml";
   p.table = kModels + "bridge_table.yaml";
-  p.settle_s = 0.1;
+  p.settle_s = p.retry_s = 0.1;
   p.measurement_sigma_m = 0.0;
   return p;
 }
@@ -167,6 +167,21 @@ TEST_F(WorldNodeTest, AFailedTaskIsJudgedWithThePlannersReason) {
   EXPECT_FALSE(outcome->placed());
   EXPECT_EQ(outcome->reason(), "goal high is blocked");
   EXPECT_EQ(outcome->goal(), v1::GOAL_HIGH);  // the one decided before
+}
+
+TEST_F(WorldNodeTest, AFailureLeavesTimeForAnotherDecision) {
+  WorldParams p = params();
+  p.retry_s = 1.0;
+  testing::Loopback bus;
+  WorldNode patient(p, bus);
+  v1::TaskStatus failed;
+  failed.set_state(v1::TASK_STATE_FAILED);
+  bus.send("task", failed, 1s);
+  Time now = 1s;
+  for (; now < Time(1950ms); now += 10ms) patient.step(now);
+  EXPECT_FALSE(bus.take<v1::TrialOutcome>("outcome"));
+  for (; now < Time(2050ms); now += 10ms) patient.step(now);
+  EXPECT_TRUE(bus.take<v1::TrialOutcome>("outcome"));
 }
 
 TEST_F(WorldNodeTest, ATaskThatStartsAgainIsNotJudgedYet) {

@@ -109,7 +109,8 @@ TEST_F(WorldProcess, JudgesATrialThatSucceeds) {
 }
 
 TEST_F(WorldProcess, JudgesATrialThatFails) {
-  const auto process = start({"--set", "settle_s=0", "--set", "goal_blocked=high"});
+  const auto process =
+      start({"--set", "settle_s=0", "--set", "retry_s=0", "--set", "goal_blocked=high"});
   const auto scene = peer_.receive(scene_);
   ASSERT_TRUE(scene);
   EXPECT_EQ(scene->boxes(scene->boxes_size() - 1).name(), "block on goal high");
