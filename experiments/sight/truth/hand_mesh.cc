@@ -34,8 +34,11 @@ void loft(std::span<const Ring> rings, int around, double exponent, Mesh& out) {
       const double a = 2.0 * std::numbers::pi * k / around;
       const double c = std::cos(a), s = std::sin(a);
       // superellipse |x|^e + |y|^e = 1: 2 is an ellipse, more is boxier
-      const double q = std::pow(std::pow(std::abs(c), exponent) + std::pow(std::abs(s), exponent),
-                                -1.0 / exponent);
+      const double q =
+          exponent == 2.0
+              ? 1.0
+              : std::pow(std::pow(std::abs(c), exponent) + std::pow(std::abs(s), exponent),
+                         -1.0 / exponent);
       add(r.centre + q * c * r.across + q * s * r.up, r.tone);
     }
   }

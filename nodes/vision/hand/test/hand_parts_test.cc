@@ -137,6 +137,14 @@ TEST(HandRaster, ExpectsTheLumaOfTheNearerNormal) {
   EXPECT_NEAR(expected(79, 59), 120.0f - 2.5f, 0.5f);  // half a cell above the axis: n_y = -0.05
   // 6 cells below the axis of a cylinder with radius 10: n = (0, 0.65, -0.76)
   EXPECT_NEAR(expected(79, 66), 100.0f + 50.0f * 0.65f + 20.0f * 0.76f, 0.5f);
+  // Upright and upside down, lit from the right: 6 cells to the right, n = (0.65, 0, -0.76).
+  for (const float sign : {1.0f, -1.0f}) {
+    shading.slope = {50.0f, 0.0f, 0.0f};
+    raster.match(one_capsule({0, -0.2f * sign, 1}, {0, 0.2f * sign, 1}, 0.1f, 0.1f), camera(),
+                 evidence, shading);
+    EXPECT_NEAR(expected(86, 59), 100.0f + 50.0f * 0.65f, 0.5f);
+  }
+  shading.slope = {0.0f, 50.0f, -20.0f};
   two[1] = {{0.0f, 0.04f, 0.9f}, {0.0f, 0.08f, 0.9f}, 0.03f, 0.03f};  // in front
   raster.match(two, camera(), evidence, shading);
   EXPECT_NEAR(expected(79, 66), 120.0f, 6.0f);
