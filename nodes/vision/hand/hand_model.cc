@@ -9,8 +9,8 @@ using Eigen::Vector3d;
 
 constexpr double deg(double d) { return d * std::numbers::pi / 180.0; }
 
-// Bones over the length of the hand [1]: Buchholz et al. 1992, table 2. The metacarpals start at
-// the wrist.
+// Bones over the length of the hand [1]: Buchholz et al. 1992, as others quote them; quotations of
+// the metacarpals disagree. These start at the wrist.
 struct Digit {
   double metacarpal, proximal, middle, distal;
   double side;    // knuckle beside the axis wrist - middle knuckle, + towards the thumb (ours)

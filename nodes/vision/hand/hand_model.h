@@ -24,8 +24,8 @@ struct HandPose {
 struct JointRange {
   double least, most, rest;
 };
-/// Ranges of the fingers: Lin, Wu & Huang 2000, "Modeling the constraints of human hand motion";
-/// the thumb's are ours.
+/// Ranges of the fingers: about those of Lin, Wu & Huang 2000, "Modeling the constraints of human
+/// hand motion"; the thumb's are ours.
 const std::array<JointRange, kHandJoints>& hand_joint_ranges();
 
 /// Part of a hand: cone between two balls, frame of the first camera [m].
