@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -31,8 +32,8 @@ double first_square_contrast(const cv::Mat& grey, const Corners& corners, int co
       const auto below = i + static_cast<std::size_t>(columns);
       const Vector2d middle =
           0.25 * (corners[i] + corners[i + 1] + corners[below] + corners[below + 1]);
-      const int u = std::clamp(static_cast<int>(middle.x() + 0.5), 0, grey.cols - 1),
-                v = std::clamp(static_cast<int>(middle.y() + 0.5), 0, grey.rows - 1);
+      const int u = std::clamp(static_cast<int>(std::lround(middle.x())), 0, grey.cols - 1),
+                v = std::clamp(static_cast<int>(std::lround(middle.y())), 0, grey.rows - 1);
       const int colour = (row + column) % 2;
       sum[colour] += grey.at<std::uint8_t>(v, u);
       ++count[colour];

@@ -84,7 +84,7 @@ HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::P
     const int w = density.raster_width(), h = density.raster_height();
     Eye eye(std::move(density), w, h);
     const Vector3d ahead = c.eye() + c.R_CT().row(2).transpose();
-    const double focal = c.scale(ahead), shrink = 1.0 / density.factor();
+    const double focal = c.scale(ahead), shrink = 1.0 / eye.density.factor();
     const Eigen::Vector2d middle = c.project(ahead);
     eye.camera.R = (c.R_CT() * R_TC_).cast<float>();
     eye.camera.t = (c.R_CT() * (eye_T_ - c.eye())).cast<float>();

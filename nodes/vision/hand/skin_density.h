@@ -43,7 +43,7 @@ class SkinDensity {
   std::vector<std::uint16_t> colors_;  ///< 4 of each cell
   std::vector<std::uint8_t> near_, grown_;
   std::vector<float> share_of_;  ///< 1 / sum
-  Histogram hand_{}, elsewhere_{}, fresh_{}, smooth_{}, ratio_{};
+  Histogram hand_{}, elsewhere_{}, fresh_{}, ratio_{};
 };
 
 }  // namespace mimesis::vision
