@@ -102,12 +102,14 @@ CalibrationPictures read_calibration_pictures(const Board& board,
   std::vector<fs::path> looked_at;
   std::size_t found = 0;
   for (const Named& camera : named) {
-    for (const auto& [name, file] : camera) {
+    for (const auto& entry : camera) {
+      const std::string& name = entry.first;  // clang 14 captures no structured bindings
       const bool whole =
           std::ranges::all_of(named, [&](const Named& n) { return n.contains(name); });
       const bool told = std::ranges::any_of(
           out.rejected, [&](const vision::Rejected& r) { return r.name == name; });
-      if (!whole && !told) out.rejected.push_back({name, file.string() + " has no partner"});
+      if (!whole && !told)
+        out.rejected.push_back({name, entry.second.string() + " has no partner"});
     }
   }
   for (const auto& [name, first_file] : named.front()) {

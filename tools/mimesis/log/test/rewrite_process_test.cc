@@ -48,7 +48,7 @@ TEST_F(LogTools, Info) {
   run({"info", kText}, 1, "not an MCAP log");
   run({"info", save("empty.mcap", "")}, 1, "not an MCAP log");
   EXPECT_EQ(json::parse(run({"info", bad_, "--json"}, 1, "data section: CRC-32"))["messages"], 200);
-  run({"info", save("cut.mcap", good_.substr(0, good_.size() / 2))}, 1, "byte");
+  run({"info", save("cut.mcap", good_.substr(0, 400))}, 1, "byte");  // within the first chunk
 }
 
 TEST_F(LogTools, NoWordOfALogCommandsTheTerminal) {
