@@ -107,7 +107,8 @@ class Questions {
       const auto of_host = [&](const NodeSpec& n) { return graph.far(n) == &host && is_asked(n); };
       if (std::ranges::count_if(graph.nodes, of_host) > 1) hosts.push_back(&host);
     }
-    SshMasters masters(hosts, fs::path(runtime::graph_directory(run.graph)).parent_path());
+    const std::string directory = hosts.empty() ? "" : runtime::graph_directory(run.graph);
+    SshMasters masters(hosts, fs::path(directory).parent_path());
     const auto most = sysconf(_SC_NPROCESSORS_ONLN) + 1;
     const auto asks = [this](const Host* host) {
       return std::ranges::count(asked_, host, [&](const Asked& a) { return graph_.far(a.node); });
