@@ -45,8 +45,7 @@ class CognitionNode {
  public:
   using Params = CognitionParams;
   /// @throws ConfigError if the period is no multiple of dt_s, or a practice sequence has an
-  /// unknown word, or
-  /// the file of links does not fit.
+  /// unknown word, or the file of links does not fit.
   CognitionNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
   void change(const Params& params) { params_ = params; }

@@ -138,7 +138,7 @@ void Imitator::refuse() {
   task_ = task_stimulus(
       {.pf = refusals_ == 1 ? 0.0 : params_.ladder.task.pf, .pfc = params_.ladder.task.pfc});
   if (refusals_ == 1 && means >= 0) task_.at(Layer::pf, means) -= kInhibition;
-  if (refusals_ > 1) task_.at(Layer::pfc, goal) -= kInhibition;
+  if (refusals_ > 1 && goal >= 0) task_.at(Layer::pfc, goal) -= kInhibition;
   present();
 }
 

@@ -34,8 +34,8 @@ struct LinkGains {
 
 /// Gaussian inputs from vision at full confidence: amplitudes [1], width [1], duration [s].
 struct VisionInput {
-  double sts = 6.0;  ///< amplitude to STSg and STSt, each
-  double pfc = 3.45;
+  double sts = 6.0;   ///< amplitude to STSg and STSt, each
+  double pfc = 3.45;  ///< amplitude to PFC
   double color = 4.5;
   double width = 5.0;     ///< σ on the feature axis [1]; vision: of the task input too
   double window_s = 0.6;  ///< vision: input of a demonstration; learning: reward of a success
