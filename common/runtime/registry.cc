@@ -55,6 +55,13 @@ std::string user_name() {
   return std::to_string(geteuid()) + (nested ? "-" + std::to_string(st.st_ino) : "");
 }
 
+/// For users without a folder of their own. In memory if it can be: on a disk, the entries and
+/// sockets of ten nodes take as long as all else of their start.
+std::filesystem::path shared_folder() {
+  const bool memory = std::getenv("TMPDIR") == nullptr && access("/dev/shm", W_OK | X_OK) == 0;
+  return memory ? "/dev/shm" : std::filesystem::temp_directory_path();
+}
+
 bool name_char(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
          c == '-' || c == '.';
@@ -276,8 +283,8 @@ std::string graph_directory(const std::string& graph) {
   std::string base;
   if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime == '/') {
     base = std::string(runtime) + "/mimesis";
-  } else {  // shared by all users: one folder for each
-    base = (std::filesystem::temp_directory_path() / ("mimesis-" + user_name())).string();
+  } else {
+    base = (shared_folder() / ("mimesis-" + user_name())).string();
   }
   private_directory(base);
   private_directory(base + "/" + graph);

@@ -50,7 +50,7 @@ def _check_name(what, name):
 
 
 def graph_directory(graph):
-    """Where the graph's nodes meet: as common/runtime/graph_directory.cc finds it."""
+    """Where the graph's nodes meet: as common/runtime/registry.cc finds it."""
     _check_name("graph name", graph)
     runtime = os.environ.get("XDG_RUNTIME_DIR", "")
     if runtime.startswith("/"):
@@ -58,7 +58,8 @@ def graph_directory(graph):
     else:
         namespace = os.stat("/proc/self/ns/user").st_ino
         user = f"{os.geteuid()}" + ("" if namespace == 0xEFFFFFFD else f"-{namespace}")
-        base = pathlib.Path(tempfile.gettempdir(), f"mimesis-{user}")
+        memory = "TMPDIR" not in os.environ and os.access("/dev/shm", os.W_OK | os.X_OK)
+        base = pathlib.Path("/dev/shm" if memory else tempfile.gettempdir(), f"mimesis-{user}")
     for path in (base, base / graph, base / graph / "nodes"):
         path.mkdir(mode=0o700, exist_ok=True)
         status = path.lstat()
