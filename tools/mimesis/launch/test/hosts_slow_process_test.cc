@@ -276,6 +276,48 @@ TEST_F(LaunchHosts, DISABLED_SlowTheRobotOfTwoHostsPlacesTheObject) {
   EXPECT_GE(all_gone(), 0.0);
 }
 
+/// The drives and the body are a simulation, started by hand on the spine PC.
+TEST_F(LaunchHosts, DISABLED_SlowTheBipedOfTwoHostsWalks) {
+  for (const char* node : {"bridge", "walker", "synthesizer", "sim_body"}) {
+    if (access((MIMESIS_BIN_DIR "/mimesis_" + std::string(node)).c_str(), X_OK) != 0)
+      GTEST_SKIP() << "mimesis_" << node << " is not built";
+  }
+  begin(2);
+  if (HasFatalFailure()) return;
+  const std::vector<std::pair<std::string, int>> buses{
+      {"left_leg", 6}, {"right_leg", 6}, {"waist_left_arm", 9}, {"neck_right_arm", 9}};
+  std::string drives, words = "launch " MIMESIS_SOURCE_DIR "/launch/biped_two.yaml";
+  for (const auto& [bus, joints] : buses) {
+    drives += (drives.empty() ? "{can: embedded:" : ", {can: embedded:") + bus +
+              ", joints: " + std::to_string(joints) + "}";
+    words += " --arg " + bus + "=embedded:" + bus;
+  }
+  const auto body = at(2).start(
+      "export " + at(2).environment() +
+      "; exec " MIMESIS_BIN_DIR "/mimesis_sim_body --name sim_body --graph " + graph_ +
+      " --set offset_s=0.0025 --set robot=biped.yaml --set time_limit_s=30 --set 'buses=[" +
+      drives +
+      "]' --in walk=walker/feedback --in balance=walker/balance --in motion=synthesizer/status"
+      " --in wish=synthesizer/motion");
+  ASSERT_TRUE(until([&] { return at(2).sees(graph_).size() == 1; })) << body->errors();
+  const auto outcome = at(2).mimesis("topic echo --once --json --timeout 90 --graph " + graph_ +
+                                     " sim_body/outcome");
+  launch_ = at(1).mimesis(
+      words + " --arg user=root --arg prefix=" MIMESIS_BIN_DIR "/.. --arg head=" + at(1).address() +
+          " --arg spine=" + at(2).address() + " --graph " + graph_,
+      path());
+  for (const char* ready : {"bridge is ready", "walker is ready", "synthesizer is ready"})
+    ASSERT_TRUE(until_says(ready, 60s)) << launch_->errors();
+  EXPECT_TRUE(until([&] { return outcome->wait(0ms).has_value(); }, 100s));
+  std::printf("biped_two.yaml on two hosts: %s", outcome->output().c_str());
+  EXPECT_NE(outcome->output().find("\"success\":true"), std::string::npos)
+      << outcome->errors() << launch_->errors();
+  launch_->signal(SIGINT);
+  EXPECT_EQ(launch_->wait(20s), 130) << launch_->errors();
+  EXPECT_EQ(body->terminate(), 0);
+  EXPECT_GE(all_gone(), 0.0);
+}
+
 TEST_F(LaunchHosts, DISABLED_SlowWhatIsKilledLeavesNothing) {
   begin(2);
   if (HasFatalFailure()) return;
