@@ -76,11 +76,12 @@ class ComAdmittance {
 /// Moves landings when the soles are too small for a push [Englsberger, Ott, Albu-Schäffer 2015;
 /// docs/walking.md eq. 6.7]. While the wished ZMP is cut to z_r + d, the error e of the divergent
 /// component grows until the landing in t to
-///   e_T = (e − d) exp(ω t) + d
-/// along and across the heading, without changing sign: where d exceeds e the soles suffice. A foot
-/// that lands e_T further removes the error if the whole pattern continues from there, so the
-/// pattern moves by the offset of the foot that has landed. The other foot keeps its place, as an
-/// offset from the moved pattern, until its next swing; the wished CoM follows the pattern slowly.
+///   e_T = (e − d) exp(ω t) + d,
+/// along and across the heading, less the share of noise in e, without changing sign: where d
+/// exceeds e the soles suffice. A foot that lands e_T further removes the error if the whole pattern
+/// continues from there, so the pattern moves by the offset of the foot that has landed. The other
+/// foot keeps its place, as an offset from the moved pattern, until its next swing; the wished CoM
+/// follows the pattern slowly.
 /// Protocol: step() returns how far to move the pattern; the plan of the next tick has moved.
 class StepAdjustment {
  public:
@@ -131,7 +132,6 @@ class StepAdjustment {
       Eigen::Vector2d goal = Eigen::Vector2d::Zero();
       if (settings_->step_adjustment && balance.cut && t <= kFirst_s) {
         goal = within_reach(plan, landing_error(plan, balance));
-        if (goal.norm() < settings_->adjust_least_m) goal.setZero();
       }
       Eigen::Vector2d change = share_ * (goal - foot_[side]);
       const double most = settings_->adjust_speed_m_s * kTick_s;
@@ -159,7 +159,9 @@ class StepAdjustment {
     const Eigen::Vector2d change = R_WH.inverse() * balance.zmp_change_W_m;
     // e_T = (e − d) exp(ω t) + d                                                          [eq. 6.7]
     Eigen::Vector2d coming = (error - change) * growth + change;
+    const double noise = settings_->adjust_noise_m * growth;
     for (int i = 0; i < 2; ++i) {
+      coming[i] -= std::clamp(coming[i], -noise, noise);
       if (coming[i] * error[i] < 0.0) coming[i] = 0.0;
     }
     return coming;

@@ -70,10 +70,9 @@ struct StabilizerSettings {
   // step adjustment, only while the feedback is at the edge of the soles
   bool step_adjustment = true;
   double adjust_forward_m = 0.12, adjust_outward_m = 0.12, adjust_inward_m = 0.02;
-  double adjust_least_m = 0.015;  ///< shorter moves are left to the soles of the next step
-  /// Time constant of a landing's move. With 0.03 s the noise of a lab's senses moved landings of
-  /// JVRC-1's narrow soles by up to 98 mm where nobody pushed.
-  double adjust_filter_s = 0.08, adjust_speed_m_s = 1.0;
+  double adjust_noise_m = 0.008;  ///< of the error e: as much of it moves no landing
+  double adjust_filter_s = 0.08;  ///< time constant of a landing's move
+  double adjust_speed_m_s = 1.0;
 
   // falling
   double fall_tilt_rad = 0.6;  ///< tilt from the commanded attitude that counts as a fall
@@ -127,7 +126,7 @@ struct StabilizerSettings {
     v("adjust_forward_m", adjust_forward_m, 0.0, 0.3);
     v("adjust_outward_m", adjust_outward_m, 0.0, 0.3);
     v("adjust_inward_m", adjust_inward_m, 0.0, 0.1);
-    v("adjust_least_m", adjust_least_m, 0.0, 0.1);
+    v("adjust_noise_m", adjust_noise_m, 0.0, 0.1);
     v("adjust_filter_s", adjust_filter_s, 0.0, 1.0);
     v("adjust_speed_m_s", adjust_speed_m_s, 0.0, 10.0);
     v("fall_tilt_rad", fall_tilt_rad, 0.1, 1.5);

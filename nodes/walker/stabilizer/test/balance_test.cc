@@ -129,7 +129,7 @@ constexpr double kOmega = 3.5;
 struct AdjustmentTest : ::testing::Test {
   AdjustmentTest() {
     settings.step_adjustment = true;
-    settings.adjust_filter_s = 0.0;
+    settings.adjust_filter_s = settings.adjust_noise_m = 0.0;
     settings.adjust_speed_m_s = 10.0;
   }
   /// A swing of the left foot, from the lift-off to `until_s` before the landing.
@@ -212,21 +212,22 @@ TEST_F(AdjustmentTest, OnlyWhenTheSolesAreTooSmallAndInTime) {
   EXPECT_EQ(off.foot_W_m(kLeft), Vector2d::Zero());
 }
 
-TEST_F(AdjustmentTest, ShortMovesAreLeftToTheSoles) {
-  settings.adjust_least_m = 0.015;
-  const Vector2d change(0.05, 0.0);  // (e − d) exp(ω t) + d is 20 mm, then 10 mm at 0.3 s
-  const double grow = std::exp(-kOmega * 0.3);
-  StepAdjustment longer(settings), shorter(settings);
-  swing(longer, 0.3, change + Vector2d(grow * (0.02 - 0.05), 0.0), change, true);
-  EXPECT_GT(longer.foot_W_m(kLeft).norm(), 0.015);
-  StabilizerSettings all = settings;
-  all.adjust_least_m = 0.0;
-  StepAdjustment eager(all);
-  const Vector2d small = change + Vector2d(grow * (0.01 - 0.05), 0.0);
-  swing(shorter, 0.3, small, change, true);
-  swing(eager, 0.3, small, change, true);
-  EXPECT_EQ(shorter.foot_W_m(kLeft), Vector2d::Zero());
-  EXPECT_NEAR(eager.foot_W_m(kLeft).x(), 0.01, 2e-3);
+/// An error within the noise moves nothing, a larger one by what is certain, either way.
+TEST_F(AdjustmentTest, NoiseMovesNoFoot) {
+  const double grow = std::exp(kOmega * 0.3), noise = 0.008;
+  const Vector2d change(0.01, 0.01);
+  const auto moved = [&](double beyond_x, double beyond_y) -> Vector2d {
+    settings.adjust_noise_m = noise;
+    StepAdjustment a(settings);
+    const Vector2d error(change.x() + beyond_x, change.y() + beyond_y);
+    swing(a, 0.3, error, change, true);
+    return a.foot_W_m(kLeft);
+  };
+  const double share = change.x() / grow;  // e_T = 0 where e - d is -d exp(-w t)
+  EXPECT_EQ(moved(0.99 * noise - share, 0.99 * noise - share), Vector2d::Zero());
+  EXPECT_NEAR(moved(noise + 0.01, 0.0).x(), 0.01 * grow + change.x(), 2e-3);
+  EXPECT_NEAR(moved(0.0, noise + 0.01).y(), 0.01 * grow + change.y(), 2e-3);
+  EXPECT_NEAR(moved(-noise - 0.03, 0.0).x(), -0.03 * grow + change.x(), 2e-3);
 }
 
 TEST_F(AdjustmentTest, StaysWithinReachOfTheHeading) {

@@ -144,6 +144,7 @@ TEST_F(StabilizerTest, DoesNotAllocate) {
 TEST_F(StabilizerTest, StepIsAdjustedAndThePatternFollowsWithoutAJump) {
   settings.step_adjustment = true;
   settings.adjust_filter_s = 0.03;  // the law is looked at, not how its filter lags
+  settings.adjust_noise_m = 0.0;
   Stabilizer stabilizer(biped, gait, settings);
   Sensors s = sensors();
   s.foot_S[kLeft] = {};
