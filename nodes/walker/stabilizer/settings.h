@@ -72,7 +72,7 @@ struct StabilizerSettings {
   double adjust_forward_m = 0.12, adjust_outward_m = 0.12, adjust_inward_m = 0.02;
   double adjust_noise_m = 0.008;  ///< of the error e: as much of it moves no landing
   double adjust_filter_s = 0.08;  ///< time constant of a landing's move
-  double adjust_speed_m_s = 1.0;
+  double adjust_speed_m_s = 1.0;  ///< of a landing's move, at most
 
   // falling
   double fall_tilt_rad = 0.6;  ///< tilt from the commanded attitude that counts as a fall
