@@ -226,9 +226,7 @@ namespace {
 
 /// Table 3.1, of HRP-2 in OpenHRP: slow, middle, fast.
 constexpr int kPrinted[3][3] = {{0, 10, 7}, {1, 0, 2}, {0, 5, 10}};
-/// Bounds of walks to novel goals with the senses of a lab: of the hand as asked for drawers, of
-/// the ankle's torque as the sole feels it.
-constexpr double kMostWithSenses_m = 0.015, kMostAtSole_n_m = 31.5;
+constexpr double kMostAtSole_n_m = 31.5;  ///< of the ankle's torque as the sole feels it
 constexpr const char* kPrintedError =
     "printed: \"always below 10 mm\", of training trials without errors of sensors [M18 3.8.3]";
 

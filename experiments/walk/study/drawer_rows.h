@@ -27,6 +27,8 @@ std::vector<Outcome> speed_class(const std::vector<Outcome>& thirty, std::size_t
 
 /// Limits of HRP-2 [M18 3.8.4], and the largest error of steps and reaches.
 inline constexpr double kMostNormal_n = 800.0, kMostError_m = 0.010;
+/// The same with the senses of a lab, as asked of the hand at drawers.
+inline constexpr double kMostWithSenses_m = 0.015;
 
 inline double ankle(const Outcome& o) { return o.ankle_n_m; }
 inline double normal_force(const Outcome& o) { return o.normal_n; }
