@@ -13,13 +13,13 @@
 namespace mimesis::view {
 
 struct ServerOptions {
-  std::string name;                   ///< what clients see
-  std::string address = "127.0.0.1";  ///< to listen on
-  std::uint16_t port = 8765;          ///< 0: any that is free
-  std::string key;                    ///< not empty
-  std::filesystem::path page;         ///< folder of the page; its files are read once
-  std::vector<std::string> origins;   ///< of foreign pages that may look, as https://host
-  std::map<std::string, std::string> metadata;
+  std::string name;                       ///< what clients see
+  std::string address = "127.0.0.1";      ///< to listen on
+  std::uint16_t port = 8765;              ///< 0: any that is free
+  std::string key;                        ///< not empty
+  std::filesystem::path page;             ///< folder of the page; its files are read once
+  std::vector<std::string> origins = {};  ///< of foreign pages that may look, as https://host
+  std::map<std::string, std::string> metadata = {};
   std::size_t backlog_bytes = 16 << 20;  ///< messages that wait for a slow client; then the oldest
                                          ///< of the topic with most bytes are left out
 };
