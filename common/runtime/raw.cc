@@ -163,6 +163,18 @@ struct Tap::Impl {
     }
   }
 
+  void choose(std::function<bool(const std::string&)> chosen) {
+    accept = std::move(chosen);
+    const std::set<std::string> before = socket.topics();
+    for (const std::string& topic : before) {
+      if (accept(topic)) continue;
+      socket.unsubscribe(topic);
+      std::erase_if(order, [&](const auto& one) { return one.first.second == topic; });
+      std::erase_if(pending, [&](const Tapped& message) { return message.topic == topic; });
+    }
+    for (const auto& [name, node] : registry.nodes()) meet(node);
+  }
+
   void meet(const v1::NodeInfo& node) {
     nodes[node.start_id()] = node;
     bool wanted = false;
@@ -248,6 +260,10 @@ Tap::Tap(const std::string& graph, std::function<bool(const std::string& topic)>
          Policy policy)
     : impl_(std::make_unique<Impl>(graph, std::move(accept), policy)) {}
 Tap::~Tap() = default;
+
+void Tap::choose(std::function<bool(const std::string& topic)> accept) {
+  impl_->choose(std::move(accept));
+}
 
 std::optional<Tapped> Tap::next(std::chrono::milliseconds timeout) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;

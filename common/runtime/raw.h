@@ -63,6 +63,8 @@ class Tap {
   Tap(const std::string& graph, std::function<bool(const std::string& topic)> accept,
       Policy policy);
   ~Tap();
+  /// Other topics from now on. What is chosen anew comes with the last message of latched topics.
+  void choose(std::function<bool(const std::string& topic)> accept);
   /// Next message in order of arrival; nothing after `timeout` of wall time.
   std::optional<Tapped> next(std::chrono::milliseconds timeout);
   /// Serialised FileDescriptorSet of a type seen on this graph, empty if nobody announced one that

@@ -33,6 +33,10 @@ class SubSocket {
   void subscribe(const std::string& topic) {
     if (topics_.insert(topic).second) socket_.set(ZMQ_SUBSCRIBE, subscription(topic));
   }
+  void unsubscribe(const std::string& topic) {
+    if (topics_.erase(topic) > 0) socket_.set(ZMQ_UNSUBSCRIBE, subscription(topic));
+  }
+  const std::set<std::string>& topics() const { return topics_; }
   void connect(const v1::NodeInfo& publisher, const std::string& endpoint) {
     retired_.erase(publisher.start_id());
     if (endpoints_.contains(publisher.start_id())) return;

@@ -19,6 +19,7 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"service", "Shows services and calls them"},
     KnownVerb{"graph", "Shows the graphs that run"},
     KnownVerb{"log", "Records, plays, replays, checks, changes and shows message logs (MCAP)"},
+    KnownVerb{"view", "Shows a running graph or a log on a page, and to Foxglove and Lichtblick"},
     KnownVerb{"top", "Shows the nodes of a graph with load and health, once a second"},
     KnownVerb{"doctor", "Looks at this computer: what keeps a graph from running well"},
     KnownVerb{"completion", "Prints the completion of bash, zsh or fish"},

@@ -28,6 +28,7 @@ void add_log(CLI::App& program, int& exit_code);
 void add_crowd(CLI::App& program, int& exit_code);
 void add_calibrate(CLI::App& program, int& exit_code);
 void add_vision(CLI::App& program, int& exit_code);
+void add_view(CLI::App& program, int& exit_code);
 void add_demix(CLI::App& program, int& exit_code);
 void add_drawer_trials(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);

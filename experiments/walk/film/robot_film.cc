@@ -1,11 +1,8 @@
 #include "experiments/walk/film/robot_film.h"
 
-#include <urdf_parser/urdf_parser.h>
-
 #include <algorithm>
 
 #include "common/error.h"
-#include "common/math/so3.h"
 #include "common/robot/kinematics.h"
 
 namespace mimesis::film {
@@ -20,104 +17,36 @@ constexpr Colour kTrunk{150, 156, 166}, kLeft{64, 124, 190}, kRight{214, 104, 66
 constexpr Colour kSole{60, 62, 68};
 constexpr Colour kWood{196, 164, 124}, kFront{222, 192, 150}, kHandle{70, 70, 76};
 constexpr Colour kObject{196, 60, 88}, kPush{200, 40, 40};
-constexpr double kRod_m = 0.045;
-
-Eigen::Isometry3d pose_of(const urdf::Pose& pose) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() << pose.position.x, pose.position.y, pose.position.z;
-  X.linear() =
-      Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z)
-          .toRotationMatrix();
-  return X;
-}
 
 Vector3d along(double yaw_rad) { return {std::cos(yaw_rad), std::sin(yaw_rad), 0.0}; }
 
+Colour colour_of(const robot::LinkShape& shape) {
+  if (shape.sole) return kSole;
+  return shape.part == robot::BodyPart::left    ? kLeft
+         : shape.part == robot::BodyPart::right ? kRight
+                                                : kTrunk;
+}
+
 }  // namespace
 
-RobotFigure::RobotFigure(const robot::Biped& biped, const std::string& urdf_file) : biped_(biped) {
-  read_shapes(urdf_file);
-  if (pieces_.empty()) make_rods();
-}
-
-Colour RobotFigure::colour_of(int link) const {
-  const auto limb = [&](robot::Side side) {
-    const auto& tree = biped_.tree;
-    const auto& leg = biped_.leg[side];
-    const int thigh = tree.moved_link(leg.dof[robot::kHipFirst]);
-    if (tree.carries(thigh, link)) return true;
-    // an arm: what carries the hand, or hangs on it, but not on both sides' way to the trunk
-    const int hand = biped_.hand[side], other = biped_.hand[robot::other(side)];
-    if (hand < 0) return false;
-    for (int at = link; at >= 0; at = tree.link(at).parent) {
-      if (tree.carries(at, hand)) return other < 0 || !tree.carries(at, other);
-    }
-    return false;
-  };
-  return limb(robot::kLeft) ? kLeft : limb(robot::kRight) ? kRight : kTrunk;
-}
-
-void RobotFigure::read_shapes(const std::string& urdf_file) {
-  const auto model = urdf::parseURDFFile(urdf_file);
-  if (model == nullptr) throw ConfigError(urdf_file + ": expected a URDF file");
-  for (std::size_t i = 0; i < biped_.tree.links().size(); ++i) {
-    const auto link = model->getLink(biped_.tree.links()[i].name);
-    if (link == nullptr) continue;  // a frame that only we know
-    const auto index = static_cast<int>(i);
-    for (const auto& visual : link->visual_array) {
-      if (visual == nullptr || visual->geometry == nullptr) continue;
-      Piece piece{.link = index, .X_LP = pose_of(visual->origin), .colour = colour_of(index)};
-      if (const auto* box = dynamic_cast<const urdf::Box*>(visual->geometry.get())) {
-        piece.half_extent_m << 0.5 * box->dim.x, 0.5 * box->dim.y, 0.5 * box->dim.z;
-      } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(visual->geometry.get())) {
-        piece.radius_m = ball->radius;
-      } else if (const auto* rod = dynamic_cast<const urdf::Cylinder*>(visual->geometry.get())) {
-        piece.radius_m = rod->radius;
-        piece.half_length_m = 0.5 * rod->length;
-      } else {
-        continue;
-      }
-      pieces_.push_back(piece);
-    }
-  }
-}
-
-void RobotFigure::make_rods() {
-  for (std::size_t i = 1; i < biped_.tree.links().size(); ++i) {
-    const robot::Link& link = biped_.tree.links()[i];
-    const Vector3d bone = link.X_PJ.translation();
-    if (bone.norm() < 0.01 || link.inertia.mass_kg <= 0.0) continue;  // frames have no bones
-    Piece piece{.link = link.parent,
-                .radius_m = kRod_m,
-                .half_length_m = 0.5 * bone.norm(),
-                .colour = colour_of(static_cast<int>(i))};
-    piece.X_LP.translation() = 0.5 * bone;
-    piece.X_LP.linear() = math::rotation_onto(Vector3d::UnitZ(), bone);
-    pieces_.push_back(piece);
-  }
-  for (const robot::Biped::Leg& leg : biped_.leg) {
-    Piece sole{.link = leg.sole, .colour = kSole};
-    sole.half_extent_m << 0.5 * (leg.max_S_m - leg.min_S_m), 0.015;
-    sole.X_LP.translation() << 0.5 * (leg.max_S_m + leg.min_S_m), 0.015;
-    pieces_.push_back(sole);
-  }
-}
+RobotFigure::RobotFigure(const robot::Biped& biped, const std::string& urdf_file)
+    : biped_(biped), shapes_(robot::link_shapes(biped, urdf_file)) {}
 
 void RobotFigure::add_to(FilmFrame& frame, const Eigen::Isometry3d& X_WB, const Eigen::VectorXd& q,
                          double pale) const {
   robot::Kinematics kinematics(biped_.tree);
   kinematics.update(X_WB, q);
-  for (const Piece& piece : pieces_) {
-    const Eigen::Isometry3d X_WP = kinematics.X_WL(piece.link) * piece.X_LP;
-    const Colour colour = paler(piece.colour, pale);
-    if (piece.radius_m > 0.0) {
-      const Vector3d half = piece.half_length_m * X_WP.linear().col(2);
-      frame.limbs.push_back({X_WP.translation() - half, X_WP.translation() + half, piece.radius_m,
-                             piece.radius_m, colour});
+  for (const robot::LinkShape& shape : shapes_) {
+    const Eigen::Isometry3d X_WP = kinematics.X_WL(shape.link) * shape.X_LP;
+    const Colour colour = paler(colour_of(shape), pale);
+    if (shape.radius_m > 0.0) {
+      const Vector3d half = 0.5 * shape.length_m * X_WP.linear().col(2);
+      frame.limbs.push_back({X_WP.translation() - half, X_WP.translation() + half, shape.radius_m,
+                             shape.radius_m, colour});
       continue;
     }
     frame.boxes.push_back({.center = X_WP.translation(),
-                           .half_extent = piece.half_extent_m,
+                           .half_extent = 0.5 * shape.edges_m,
                            .colour = colour,
                            .tilt = Eigen::Quaterniond(X_WP.linear())});
   }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/robot/biped.h"
+#include "common/robot/link_shapes.h"
 #include "experiments/motion/film.h"
 
 namespace mimesis::film {
@@ -12,8 +12,7 @@ namespace mimesis::film {
 using synthesizer::Colour;
 using synthesizer::FilmFrame;
 
-/// A robot's links as its URDF draws them: boxes, balls and cylinders. Meshes of a file become rods
-/// between the joints, and soles of the biped's size.
+/// A robot's links (robot::link_shapes).
 class RobotFigure {
  public:
   /// @throws ConfigError if the URDF cannot be read
@@ -24,20 +23,8 @@ class RobotFigure {
               double pale = 0.0) const;
 
  private:
-  struct Piece {
-    int link = 0;
-    Eigen::Isometry3d X_LP = Eigen::Isometry3d::Identity();
-    Eigen::Vector3d half_extent_m = Eigen::Vector3d::Zero();  ///< half side lengths of a box
-    /// size of a rod along z of P, or of a ball
-    double radius_m = 0.0, half_length_m = 0.0;
-    Colour colour;
-  };
-  void read_shapes(const std::string& urdf_file);
-  void make_rods();
-  Colour colour_of(int link) const;
-
   robot::Biped biped_;
-  std::vector<Piece> pieces_;
+  std::vector<robot::LinkShape> shapes_;
 };
 
 /// A drawer in its furniture; axes as hw::sim::Drawer has them.

@@ -16,6 +16,25 @@ constexpr double kJump_m_s = 1.0;
 
 }  // namespace
 
+// The handle is a bow that stands off the panel as far as fingers reach behind it; the tray is open
+// above, and its rim leaves the object's upper part free.
+std::array<Board, 4> boards(const DrawerSettings& s) {
+  constexpr double kStandOff_m = 0.07, kPanel_m = 0.015, kHalfWidth_m = 0.28, kLong_m = 0.45;
+  constexpr double kRimBelowObject_m = 0.06, kTray_m = 0.09, kGap_m = 0.02;
+  const double rim = s.object_height_m - kRimBelowObject_m, floor = rim - kTray_m;
+  const double inside = kStandOff_m + kPanel_m, end = kStandOff_m + kLong_m;
+  const Vector3d handle(0.0, s.handle_left_m, s.handle_height_m), bow(0.01, 0.05, 0.01);
+  return {
+      {{"cabinet",
+        {kStandOff_m, -kHalfWidth_m, 0.0},
+        {end + kGap_m, kHalfWidth_m, floor - kGap_m},
+        false,
+        false},
+       {"panel", {kStandOff_m, -kHalfWidth_m, floor}, {inside, kHalfWidth_m, rim}, true, false},
+       {"tray", {inside, -kHalfWidth_m, floor}, {end, kHalfWidth_m, floor + kPanel_m}, true, false},
+       {"handle", handle - bow, handle + bow, true, true}}};
+}
+
 Drawer::Drawer(const DrawerSettings& settings)
     : settings_(settings),
       axis_W_(std::cos(settings.yaw_rad), std::sin(settings.yaw_rad), 0.0),

@@ -37,6 +37,16 @@ struct DrawerSettings {
   std::vector<DrawerJump> jumps = {};            ///< moves of the front at given times
 };
 
+/// A board of the furniture in the frame of the front: x into it, z up.
+struct Board {
+  const char* name;
+  Eigen::Vector3d low_m, high_m;  ///< corners
+  bool moves;                     ///< with the drawer
+  bool handle;
+};
+/// Cabinet, panel, tray and handle. Precondition: heights are given.
+std::array<Board, 4> boards(const DrawerSettings& settings);
+
 /// State of the drawer, as in v1.DrawerState.
 struct DrawerNow {
   Eigen::Vector3d front_W_m, handle_W_m, object_W_m;

@@ -25,11 +25,6 @@ using dart::dynamics::ShapeFrame;
 using dart::dynamics::ShapeNode;
 using Eigen::Vector3d;
 
-// The furniture, in the frame of the drawer's front: x into it, z up. Its handle is a bow that
-// stands off the panel as far as fingers reach behind it; the tray is open above, and its rim
-// leaves the object's upper part free.
-constexpr double kStandOff_m = 0.07, kPanel_m = 0.015, kHalfWidth_m = 0.28, kLong_m = 0.45;
-constexpr double kRimBelowObject_m = 0.06, kTray_m = 0.09, kGap_m = 0.02;
 constexpr double kFriction = 0.5;
 
 ShapeNode& box_on(BodyNode& body, const Vector3d& size_m, const Eigen::Isometry3d& X_NB) {
@@ -154,24 +149,13 @@ void Obstacles::add_furniture(const DrawerSettings& s) {
   const auto [drawer, drawer_body] = add("drawer");
   cabinet_ = cabinet;
   drawer_ = drawer;
-  const auto box = [&](BodyNode& body, const char* name, const Vector3d& low, const Vector3d& high,
-                       bool handle) {
+  for (const Board& board : boards(s)) {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    X.translation() = 0.5 * (low + high);
-    ShapeNode& node = box_on(body, high - low, X);
-    parts_.push_back({name, -1, false, handle, 0.5 * (high - low).norm(), &node});
-  };
-  const double rim = s.object_height_m - kRimBelowObject_m, floor = rim - kTray_m;
-  const double inside = kStandOff_m + kPanel_m, end = kStandOff_m + kLong_m;
-  box(*cabinet_body, "cabinet", {kStandOff_m, -kHalfWidth_m, 0.0},
-      {end + kGap_m, kHalfWidth_m, floor - kGap_m}, false);
-  box(*drawer_body, "panel", {kStandOff_m, -kHalfWidth_m, floor}, {inside, kHalfWidth_m, rim},
-      false);
-  box(*drawer_body, "tray", {inside, -kHalfWidth_m, floor}, {end, kHalfWidth_m, floor + kPanel_m},
-      false);
-  const Vector3d handle(0.0, s.handle_left_m, s.handle_height_m);
-  box(*drawer_body, "handle", handle - Vector3d(0.01, 0.05, 0.01),
-      handle + Vector3d(0.01, 0.05, 0.01), true);
+    X.translation() = 0.5 * (board.low_m + board.high_m);
+    const Vector3d size_m = board.high_m - board.low_m;
+    ShapeNode& node = box_on(board.moves ? *drawer_body : *cabinet_body, size_m, X);
+    parts_.push_back({board.name, -1, false, board.handle, 0.5 * size_m.norm(), &node});
+  }
   R_WD_ = Eigen::AngleAxisd(s.yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
   from_W_m_.fill({s.front_x_m, s.front_y_m, 0.0});
   to_W_m_ = from_W_m_;

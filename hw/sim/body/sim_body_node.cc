@@ -5,7 +5,6 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
-#include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "hw/outside/recorded.h"
 
@@ -96,7 +95,7 @@ void to_proto(const DrawerNow& drawer, v1::DrawerState& out) {
   out.set_taken(drawer.taken);
 }
 
-constexpr double kTransformsRateHz = 50.0;
+constexpr double kTransformsRateHz = 25.0;
 constexpr double kMotorAcceleration_rad_s2 = 1e4;  // claim of the drives: the world has the motors
 // A machine that is slower than the clock must not make steps ever longer.
 constexpr double kLongestStep_s = 0.05;
@@ -132,6 +131,7 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       biped_(model::load_biped(params.robot)),
       joints_(load_joints(params.robot)),
       world_(biped_, model::urdf_of_biped(params.robot), body_options(params, biped_)),
+      drawing_(biped_, model::urdf_of_biped(params.robot), body_options(params, biped_).drawer),
       motors_(joints_.home.begin(), joints_.home.end()),
       troubles_(bus, "trouble", true),
       judge_({.settle_s = params.settle_s, .time_limit_s = params.time_limit_s}, bus),
@@ -141,6 +141,8 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       drawer_state_(bus, "drawer"),
       sight_(bus, "sight"),
       touch_(bus, "touch"),
+      entities_(bus, "entities", {.latched = true}),
+      forces_(bus, "forces"),
       transforms_(bus, "transforms") {
   for (const Push& push : params.pushes) world_.push(push);
   if (params.drawer.present) {
@@ -301,10 +303,15 @@ void SimBodyNode::publish(runtime::Time now) {
   const auto every =
       static_cast<std::uint64_t>(std::max(1.0, std::round(params_.rate_hz / kTransformsRateHz)));
   if (steps_ % every != 0) return;
-  foxglove::FrameTransforms transforms;
-  model::add_frame(transforms, "world", biped_.tree.link(0).name, world_.truth().X_WB, now);
-  transforms.mutable_transforms(0)->clear_timestamp();  // logs have it on the message alone
-  transforms_.send(transforms, now);
+  if (steps_ == 0) {
+    auto shapes = drawing_.shapes(now);
+    entities_.send(shapes, now);
+  }
+  auto frames =
+      drawing_.frames(world_.truth(), world_.sensors().q, drawer_ ? &drawer_->now() : nullptr, now);
+  transforms_.send(frames, now);
+  auto forces = drawing_.forces(world_.truth(), now);
+  forces_.send(forces, now);
 }
 
 bool SimBodyNode::at_rest() const {

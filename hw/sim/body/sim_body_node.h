@@ -8,13 +8,13 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "hw/joints/joints.h"
+#include "hw/sim/body/body_drawing_node.h"
 #include "hw/sim/body/body_params_node.h"
 #include "hw/sim/body/body_world.h"
 #include "hw/sim/body/drawer.h"
 #include "hw/sim/body/outcome_node.h"
 #include "hw/sim/cia402/drive.h"
 #include "proto/bridge.pb.h"
-#include "proto/foxglove/transform.pb.h"
 #include "proto/walker.pb.h"
 
 namespace mimesis::hw::sim {
@@ -44,6 +44,7 @@ class SimBodyNode {
   robot::Biped biped_;
   Joints joints_;
   BodyWorld world_;
+  BodyDrawing drawing_;
   std::optional<Drawer> drawer_;
   std::optional<HeadCamera> camera_;
   std::array<robot::Biped::Gripper, 2> gripper_{};
@@ -64,6 +65,7 @@ class SimBodyNode {
   runtime::Out<v1::DrawerState> drawer_state_;
   runtime::Out<v1::HeadSight> sight_;
   runtime::Out<v1::HandTouch> touch_;
+  runtime::Out<foxglove::SceneUpdate> entities_, forces_;
   runtime::Out<foxglove::FrameTransforms> transforms_;
   v1::BodySensors sensors_message_;
   v1::BodyTruth truth_message_;

@@ -1,0 +1,74 @@
+import { render } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { Connection } from "./connection";
+import { Fields, Images, Log, Nodes, Parameters, Player, Plots } from "./panels";
+import { Scene } from "./scene";
+import "uplot/dist/uPlot.min.css";
+import "./style.css";
+
+const key = new URLSearchParams(location.search).get("key");
+const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${key ? `?key=${encodeURIComponent(key)}` : ""}`);
+const TABS = { Nodes, Images, Fields, Plots, Log, Parameters };
+type Tab = keyof typeof TABS;
+
+function Stage() {
+  const canvas = useRef<HTMLCanvasElement>(null), scene = useRef<Scene | undefined>(undefined);
+  const [error, setError] = useState("");
+  useEffect(() => {
+    try {
+      scene.current = new Scene(canvas.current!);
+      (window as any).mimesisScene = scene.current; // for tests and the console
+    } catch (e) {
+      setError(`no 3-D here: ${e instanceof Error ? e.message : e}`);
+    }
+  }, []);
+  const channels = connection.channels.value;
+  useEffect(() => scene.current?.follow(connection), [channels]);
+  return (
+    <section class="stage" aria-label="Scene">
+      <canvas ref={canvas} tabIndex={0} aria-label="3-D scene: drag turns, wheel zooms, right button moves" />
+      {error && <p>{error}</p>}
+      <button class="look" onClick={() => scene.current?.look()} title="f">Fit</button>
+    </section>
+  );
+}
+
+function App() {
+  const stored = localStorage.getItem("tab") as Tab | null;
+  const [tab, setTab] = useState<Tab>(stored && stored in TABS ? stored : "Nodes");
+  const choose = (t: Tab) => (setTab(t), localStorage.setItem("tab", t));
+  useEffect(() => {
+    const press = (e: KeyboardEvent) => {
+      if (e.target instanceof HTMLInputElement || e.target instanceof HTMLSelectElement) return;
+      const t = Object.keys(TABS)[Number(e.key) - 1] as Tab | undefined;
+      if (t) choose(t);
+      if (e.key === "f") (window as any).mimesisScene?.look();
+    };
+    addEventListener("keydown", press);
+    return () => removeEventListener("keydown", press);
+  }, []);
+  const Panel = TABS[tab];
+  return (
+    <>
+      <header>
+        <h1>{connection.name.value || "Mimesis"}</h1>
+        <span role="status" class={connection.connected.value ? "good" : "bad"}>{connection.connected.value ? "connected" : "not connected: trying again"}</span>
+        {connection.complaint.value && <span class="bad">{connection.complaint.value}</span>}
+      </header>
+      <main>
+        <Stage />
+        <section class="side" aria-label="Panels">
+          <div role="tablist">
+            {(Object.keys(TABS) as Tab[]).map((t, i) => (
+              <button key={t} role="tab" id={`tab-${t}`} aria-selected={t === tab} aria-controls="panel" title={String(i + 1)} onClick={() => choose(t)}>{t}</button>
+            ))}
+          </div>
+          <div role="tabpanel" id="panel" aria-labelledby={`tab-${tab}`} tabIndex={0}><Panel connection={connection} /></div>
+        </section>
+      </main>
+      <Player connection={connection} />
+    </>
+  );
+}
+
+render(<App />, document.getElementById("app")!);

@@ -1,0 +1,258 @@
+// The 3-D scene: foxglove.SceneUpdate and FrameTransforms of all topics, z up.
+import * as THREE from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import type { Connection } from "./connection";
+
+const ROOT = "world";
+type Rgba = { r: number; g: number; b: number; a: number } | undefined;
+
+const ball = new THREE.SphereGeometry(0.5, 24, 16);
+const box = new THREE.BoxGeometry(1, 1, 1);
+const rod = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2); // along z
+const cone = new THREE.ConeGeometry(0.5, 1, 24).rotateZ(-Math.PI / 2); // along x
+const shared = new Set<THREE.BufferGeometry>([ball, box, rod, cone]);
+
+function surface(color: Rgba): THREE.Material {
+  const { r, g, b, a } = color ?? { r: 0.7, g: 0.7, b: 0.7, a: 1 };
+  return new THREE.MeshStandardMaterial({
+    color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), roughness: 0.75,
+    transparent: a < 1, opacity: a, depthWrite: a >= 0.99,
+  });
+}
+
+function place(object: THREE.Object3D, pose: any): THREE.Object3D {
+  const p = pose?.position, q = pose?.orientation;
+  if (p) object.position.set(p.x, p.y, p.z);
+  if (q && (q.x || q.y || q.z || q.w)) object.quaternion.set(q.x, q.y, q.z, q.w);
+  return object;
+}
+
+function mesh(geometry: THREE.BufferGeometry, color: Rgba, pose: any, size: { x: number; y: number; z: number }) {
+  const made = place(new THREE.Mesh(geometry, surface(color)), pose);
+  made.scale.set(size.x || 1e-6, size.y || 1e-6, size.z || 1e-6);
+  return made;
+}
+
+function attribute(points: any[], indices: number[]): THREE.BufferAttribute {
+  const n = indices.length || points.length, xyz = new Float32Array(3 * n);
+  for (let i = 0; i < n; ++i) {
+    const p = points[indices.length ? indices[i]! : i];
+    if (p) xyz.set([p.x, p.y, p.z], 3 * i);
+  }
+  return new THREE.BufferAttribute(xyz, 3);
+}
+
+function colours(colors: any[], indices: number[], n: number): THREE.BufferAttribute {
+  const rgb = new Float32Array(3 * n), c = new THREE.Color();
+  for (let i = 0; i < n; ++i) {
+    const from = colors[indices.length ? indices[i]! : i] ?? { r: 1, g: 1, b: 1 };
+    c.setRGB(from.r, from.g, from.b, THREE.SRGBColorSpace).toArray(rgb, 3 * i);
+  }
+  return new THREE.BufferAttribute(rgb, 3);
+}
+
+/** Lines and triangles share how points, indices and colours are given. */
+function shape(primitive: any): [THREE.BufferGeometry, boolean] {
+  const geometry = new THREE.BufferGeometry();
+  const points = attribute(primitive.points, primitive.indices);
+  geometry.setAttribute("position", points);
+  const coloured = primitive.colors.length > 0;
+  if (coloured) geometry.setAttribute("color", colours(primitive.colors, primitive.indices, points.count));
+  return [geometry, coloured];
+}
+
+function line(primitive: any): THREE.Object3D {
+  const [geometry, coloured] = shape(primitive);
+  const { r, g, b } = primitive.color ?? { r: 1, g: 1, b: 1 };
+  const material = new THREE.LineBasicMaterial({
+    vertexColors: coloured, color: coloured ? 0xffffff : new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace),
+  });
+  const kinds = [THREE.Line, THREE.LineLoop, THREE.LineSegments] as const;
+  return place(new (kinds[primitive.type] ?? THREE.Line)(geometry, material), primitive.pose);
+}
+
+function triangles(primitive: any): THREE.Object3D {
+  const [geometry, coloured] = shape(primitive);
+  geometry.computeVertexNormals();
+  const material = surface(coloured ? { r: 1, g: 1, b: 1, a: 1 } : primitive.color) as THREE.MeshStandardMaterial;
+  material.vertexColors = coloured;
+  material.side = THREE.DoubleSide;
+  return place(new THREE.Mesh(geometry, material), primitive.pose);
+}
+
+function text(primitive: any): THREE.Object3D {
+  const canvas = document.createElement("canvas"), font = "48px sans-serif";
+  const pen = canvas.getContext("2d")!;
+  pen.font = font;
+  canvas.width = Math.ceil(pen.measureText(primitive.text).width) + 16;
+  canvas.height = 64;
+  pen.font = font;
+  const { r, g, b } = primitive.color ?? { r: 1, g: 1, b: 1 };
+  pen.fillStyle = `rgb(${255 * r} ${255 * g} ${255 * b})`;
+  pen.textBaseline = "middle";
+  pen.fillText(primitive.text, 8, 32);
+  const map = new THREE.CanvasTexture(canvas);
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false }));
+  const height = primitive.scaleInvariant ? 0.1 : primitive.fontSize || 0.1;
+  sprite.scale.set((height * canvas.width) / canvas.height, height, 1);
+  return place(sprite, primitive.pose);
+}
+
+function arrow(primitive: any): THREE.Object3D {
+  const whole = place(new THREE.Group(), primitive.pose);
+  const shaft = new THREE.Mesh(rod, surface(primitive.color));
+  shaft.rotation.y = Math.PI / 2;
+  shaft.position.x = primitive.shaftLength / 2;
+  shaft.scale.set(primitive.shaftDiameter, primitive.shaftDiameter, primitive.shaftLength || 1e-6);
+  const head = new THREE.Mesh(cone, surface(primitive.color));
+  head.position.x = primitive.shaftLength + primitive.headLength / 2;
+  head.scale.set(primitive.headLength || 1e-6, primitive.headDiameter, primitive.headDiameter);
+  return whole.add(shaft, head);
+}
+
+export function build(entity: any): THREE.Group {
+  const group = new THREE.Group();
+  for (const p of entity.cubes) group.add(mesh(box, p.color, p.pose, p.size));
+  for (const p of entity.spheres) group.add(mesh(ball, p.color, p.pose, p.size));
+  for (const p of entity.cylinders) group.add(mesh(rod, p.color, p.pose, p.size));
+  for (const p of entity.arrows) group.add(arrow(p));
+  for (const p of entity.lines) group.add(line(p));
+  for (const p of entity.triangles) group.add(triangles(p));
+  for (const p of entity.texts) group.add(text(p));
+  return group;
+}
+
+function dispose(object: THREE.Object3D) {
+  object.removeFromParent();
+  object.traverse((o: any) => {
+    if (o.geometry && !shared.has(o.geometry) && !o.isSprite) o.geometry.dispose();
+    o.material?.map?.dispose();
+    o.material?.dispose();
+  });
+}
+
+export class Scene {
+  readonly topics = new Map<string, () => void>(); // how to end listening
+  private readonly renderer: THREE.WebGLRenderer;
+  private readonly scene = new THREE.Scene();
+  private readonly camera = new THREE.PerspectiveCamera(45, 1, 0.02, 500);
+  private readonly controls: OrbitControls;
+  private readonly frames = new Map<string, THREE.Group>();
+  private readonly entities = new Map<string, THREE.Group>(); // by topic and id
+  private dirty = true;
+  private framed = false; // the camera has been turned to what is there
+  /** Pictures drawn in the last second. */
+  rate = 0;
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(2.6, -2.2, 1.7);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.target.set(0.4, 0, 0.4);
+    this.controls.addEventListener("change", () => (this.dirty = true));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.8);
+    sun.position.set(2, -3, 5);
+    const grid = new THREE.GridHelper(20, 40, 0x667788, 0x3a4450).rotateX(Math.PI / 2);
+    this.scene.add(sun, new THREE.HemisphereLight(0xffffff, 0x445566, 1.4), grid);
+    this.scene.add(this.frame(ROOT));
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    const colour = () => ((this.scene.background = new THREE.Color(dark.matches ? 0x14181d : 0xe9edf1)), (this.dirty = true));
+    dark.addEventListener("change", colour);
+    colour();
+    this.loop();
+  }
+
+  /** Shows what the topics of the graph draw, as they come and go. */
+  follow(connection: Connection) {
+    for (const [topic, channel] of connection.channels.value) {
+      if (this.topics.has(topic)) continue;
+      if (channel.schemaName === "foxglove.SceneUpdate")
+        this.topics.set(topic, connection.listen(topic, (m) => this.update(topic, m)));
+      if (channel.schemaName === "foxglove.FrameTransforms")
+        this.topics.set(topic, connection.listen(topic, (m) => this.move(m.transforms)));
+    }
+  }
+
+  /** Turns the camera to all that is there. */
+  look() {
+    const bounds = new THREE.Box3();
+    for (const entity of this.entities.values()) bounds.expandByObject(entity);
+    if (bounds.isEmpty()) return;
+    const middle = bounds.getCenter(new THREE.Vector3()), radius = Math.min(20, bounds.getSize(new THREE.Vector3()).length() / 2);
+    this.controls.target.copy(middle);
+    this.camera.position.copy(middle).addScaledVector(new THREE.Vector3(1, -0.9, 0.6).normalize(), 2.2 * radius + 0.3);
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  update(topic: string, message: any) {
+    for (const gone of message.deletions) {
+      for (const [key, group] of this.entities) {
+        if (key !== `${topic}\n${gone.id}` && !(gone.type === 1 && key.startsWith(`${topic}\n`))) continue;
+        dispose(group);
+        this.entities.delete(key);
+      }
+    }
+    for (const entity of message.entities) {
+      const key = `${topic}\n${entity.id}`, before = this.entities.get(key);
+      if (before) dispose(before);
+      const group = build(entity);
+      this.frame(entity.frameId || ROOT).add(group);
+      this.entities.set(key, group);
+    }
+    this.dirty = true;
+    if (!this.framed && this.entities.size > 0) (this.framed = true), setTimeout(() => this.look(), 300);
+  }
+
+  move(transforms: any[]) {
+    for (const t of transforms) {
+      const child = this.frame(t.childFrameId), parent = this.frame(t.parentFrameId || ROOT);
+      if (child.parent !== parent && !this.below(parent, child)) parent.add(child);
+      child.position.set(t.translation?.x ?? 0, t.translation?.y ?? 0, t.translation?.z ?? 0);
+      const q = t.rotation;
+      if (q) child.quaternion.set(q.x, q.y, q.z, q.w);
+    }
+    this.dirty = true;
+  }
+
+  /** A frame that is its own parent would never end. */
+  private below(node: THREE.Object3D | null, above: THREE.Object3D): boolean {
+    for (; node; node = node.parent) if (node === above) return true;
+    return false;
+  }
+
+  private frame(name: string): THREE.Group {
+    let group = this.frames.get(name);
+    if (group) return group;
+    group = new THREE.Group();
+    this.frames.set(name, group);
+    if (name !== ROOT) this.frame(ROOT).add(group); // until its parent is known
+    return group;
+  }
+
+  private resize() {
+    const { clientWidth: w, clientHeight: h } = this.canvas;
+    if (w === 0 || h === 0) return;
+    this.renderer.setSize(w, h, false);
+    this.camera.aspect = w / h;
+    this.camera.updateProjectionMatrix();
+    this.dirty = true;
+  }
+
+  private loop() {
+    let drawn = 0, since = performance.now();
+    const draw = () => {
+      requestAnimationFrame(draw);
+      const now = performance.now();
+      if (now - since > 1000) (this.rate = (1000 * drawn) / (now - since)), (drawn = 0), (since = now);
+      if (!this.dirty) return;
+      this.dirty = false;
+      ++drawn;
+      this.renderer.render(this.scene, this.camera);
+    };
+    draw();
+  }
+}

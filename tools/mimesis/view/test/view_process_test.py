@@ -1,0 +1,241 @@
+#!/usr/bin/python3
+"""`mimesis view` as strangers and viewers meet it: view_process_test.py BIN_DIR COUNTER"""
+import base64
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BIN, COUNTER = sys.argv[1:3]
+PATIENCE_S = 20.0
+TEXT, BINARY, CLOSE = 1, 2, 8
+
+
+class Client:
+    """A WebSocket over a plain socket."""
+
+    def __init__(self, port, target="/", **headers):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
+        self.file = self.socket.makefile("rb")
+        fields = {"Host": f"127.0.0.1:{port}", "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
+                  "Sec-WebSocket-Key": base64.b64encode(os.urandom(16)).decode(),
+                  "Sec-WebSocket-Protocol": "foxglove.sdk.v1"} | {name.replace("_", "-"): value for name, value in headers.items()}
+        self.socket.sendall((f"GET {target} HTTP/1.1\r\n" + "".join(f"{n}: {v}\r\n" for n, v in fields.items() if v) + "\r\n").encode())
+        self.status = int(self.file.readline().split()[1])
+        self.headers = {}
+        while (line := self.file.readline().strip()):
+            name, _, value = line.decode().partition(": ")
+            self.headers[name.lower()] = value
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.file.close()
+        self.socket.close()
+
+    def body(self):
+        return self.file.read().decode()
+
+    def say(self, payload, opcode=TEXT):
+        if not isinstance(payload, bytes):
+            payload = json.dumps(payload).encode()
+        length = len(payload)
+        head = bytes([0x80 | opcode]) + (bytes([0x80 | length]) if length < 126 else bytes([0xFE]) + struct.pack(">H", length))
+        self.socket.sendall(head + bytes(4) + payload)
+
+    def next(self):
+        """Opcode and payload of the next message."""
+        first, second = self.file.read(2)
+        length = second & 0x7F
+        if length >= 126:
+            length = struct.unpack(">H" if length == 126 else ">Q", self.file.read(2 if length == 126 else 8))[0]
+        return first & 0x0F, self.file.read(length)
+
+    def until(self, wanted):
+        """What `wanted` makes of the first message for which that is true."""
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            opcode, payload = self.next()
+            if (found := wanted(json.loads(payload) if opcode == TEXT else payload)):
+                return found
+        raise AssertionError("not said in time")
+
+    def op(self, name):
+        return self.until(lambda m: isinstance(m, dict) and m["op"] == name and m)
+
+    def channel(self, topic):
+        return self.until(lambda m: isinstance(m, dict) and m["op"] == "advertise" and
+                          next((c for c in m["channels"] if c["topic"] == topic), None))
+
+    def subscribe(self, topic, number=1):
+        self.say({"op": "subscribe", "subscriptions": [{"id": number, "channelId": self.channel(topic)["id"]}]})
+
+
+def message(m):
+    """Subscription, time and payload of a message; else nothing."""
+    return isinstance(m, bytes) and m[0] == 1 and (*struct.unpack("<IQ", m[1:13]), m[13:])
+
+
+class View(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        os.environ.update(XDG_RUNTIME_DIR=cls.folder.name, MIMESIS_GRAPH="g")
+        cls.node = subprocess.Popen([COUNTER, "--name", "n", "--set", "rate_hz=500"], stderr=subprocess.DEVNULL)
+        cls.view = subprocess.Popen([f"{BIN}/mimesis", "view", "--port", "0", "--key", "secret"],
+                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        cls.url = cls.view.stdout.readline().strip()
+        cls.port = int(re.search(r":(\d+)/", cls.url)[1])
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.view.send_signal(signal.SIGINT)
+        out, errors = cls.view.communicate(timeout=PATIENCE_S)
+        assert cls.view.returncode == 0, errors
+        cls.node.terminate()
+        cls.node.wait()
+        cls.folder.cleanup()
+
+    def trusted(self):
+        return Client(self.port, "/?key=secret")
+
+    def test_its_address_is_printed_and_serves_a_page(self):
+        self.assertEqual(self.url, f"http://127.0.0.1:{self.port}/?key=secret")
+        with Client(self.port, "/?key=secret", Upgrade=None, Connection="close") as page:
+            self.assertEqual(page.status, 200)
+            self.assertIn("default-src 'self'", page.headers["content-security-policy"])
+
+    def test_files_of_elsewhere_are_none(self):
+        for path in ("/../../../../etc/passwd", "//etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/assets/../../view_verb.cc", "/nothing"):
+            with Client(self.port, path, Upgrade=None, Connection="close") as page:
+                self.assertEqual(page.status, 404, path)
+
+    def test_messages_come_with_stamp_and_in_order(self):
+        with self.trusted() as client:
+            self.assertEqual(client.headers["sec-websocket-protocol"], "foxglove.sdk.v1")
+            self.assertIn("services", client.op("serverInfo")["capabilities"])
+            client.subscribe("n/out", 7)
+            first, second = client.until(message), client.until(message)
+            self.assertEqual(first[0], 7)
+            self.assertLess(first[1], second[1])
+            self.assertLess(abs(first[1] / 1e9 - time.time()), 60.0)
+            client.say({"op": "unsubscribe", "subscriptionIds": [7]})
+
+    def test_the_older_name_of_the_protocol_and_no_other(self):
+        with Client(self.port, "/", Sec_WebSocket_Protocol="foxglove.websocket.v1") as old:
+            self.assertEqual((old.status, old.headers["sec-websocket-protocol"]), (101, "foxglove.websocket.v1"))
+        with Client(self.port, "/", Sec_WebSocket_Protocol="mqtt") as other:
+            self.assertEqual(other.status, 400)
+
+    def test_who_has_not_the_key_may_look_and_not_change(self):
+        with Client(self.port) as client:
+            self.assertEqual(client.op("serverInfo")["capabilities"], ["time", "connectionGraph"])
+            client.subscribe("n/out")
+            self.assertTrue(client.until(message))
+            client.say({"op": "setParameters", "parameters": [{"name": "n.salt", "value": 9}]})
+            self.assertIn("key", client.op("status")["message"])
+
+    def test_pages_and_names_of_elsewhere_may_not_look(self):
+        for headers in ({"Origin": "http://evil.example"}, {"Host": "evil.example"}, {"Host": f"127.0.0.1.evil.example:{self.port}"}):
+            with Client(self.port, "/", **headers) as client:
+                self.assertEqual(client.status, 403, headers)
+        with Client(self.port, "/?key=guess", Origin="http://evil.example") as client:
+            self.assertEqual(client.status, 403)
+        with Client(self.port, "/", Origin=f"http://127.0.0.1:{self.port}") as own:
+            self.assertEqual(own.status, 101)
+
+    def test_parameters_are_shown_and_set(self):
+        with self.trusted() as client, self.trusted() as other:
+            other.say({"op": "subscribeParameterUpdates", "parameterNames": ["n.salt"]})
+            client.say({"op": "getParameters", "parameterNames": [], "id": "all"})
+            values = client.op("parameterValues")
+            self.assertEqual(values["id"], "all")
+            self.assertIn({"name": "n.rate_hz", "value": 500.0, "type": "float64"}, values["parameters"])
+            client.say({"op": "setParameters", "id": "s", "parameters": [{"name": "n.salt", "value": 5}]})
+            self.assertEqual(client.op("parameterValues")["parameters"], [{"name": "n.salt", "value": 5, "type": "float64"}])
+            self.assertEqual(other.op("parameterValues")["parameters"][0]["value"], 5)
+            client.say({"op": "setParameters", "parameters": [{"name": "n.salt", "value": -1}]})
+            self.assertIn("outside [0, 1000000000]", client.op("status")["message"])
+
+    def test_services_are_called_in_protobuf(self):
+        with self.trusted() as client:
+            service = client.until(lambda m: isinstance(m, dict) and m["op"] == "advertiseServices" and
+                                   next((s for s in m["services"] if s["name"] == "n/params"), None))
+            client.say(struct.pack("<BIII", 2, service["id"], 3, 8) + b"protobuf", BINARY)
+            answer = client.until(lambda m: isinstance(m, bytes) and m[0] == 3 and m)
+            self.assertEqual(struct.unpack("<II", answer[1:9]), (service["id"], 3))
+            self.assertIn(b"rate_hz", answer)
+            client.say(struct.pack("<BIII", 2, 999, 4, 8) + b"protobuf", BINARY)
+            self.assertEqual(client.op("serviceCallFailure")["callId"], 4)
+
+    def test_graph_says_who_publishes(self):
+        with self.trusted() as client:
+            client.say({"op": "subscribeConnectionGraph"})
+            topics = {t["name"]: t["publisherIds"] for t in client.op("connectionGraphUpdate")["publishedTopics"]}
+            self.assertEqual(topics["n/out"], ["n"])
+
+    def test_rubbish_is_answered_and_changes_nothing(self):
+        with self.trusted() as client:
+            for rubbish in (b"\xff\xfe", b"[" * 5000, b"{}", b'{"op":"fly"}', b'{"op":"subscribe","subscriptions":[{"id":1,"channelId":77777}]}'):
+                client.say(rubbish if rubbish[0] != 0xFF else b"nonsense")
+                self.assertTrue(client.op("status")["message"])
+            client.say(os.urandom(100), BINARY)
+            self.assertTrue(client.op("status")["message"])
+        for frame in (b"\x82\xff" + struct.pack(">Q", 1 << 30) + bytes(8), b"\xff" * 64, b"\x81\x05hello", os.urandom(300)):
+            with self.trusted() as client:  # a frame of 1 GB, a wrong one, one without a mask
+                client.socket.sendall(frame)
+                client.socket.settimeout(PATIENCE_S)
+                while client.socket.recv(1 << 16):
+                    pass  # until the server ends it
+        for _ in range(20):
+            with socket.create_connection(("127.0.0.1", self.port)) as plain:
+                plain.sendall(os.urandom(200))
+        self.test_messages_come_with_stamp_and_in_order()
+
+    def test_who_reads_nothing_holds_up_nobody(self):
+        with self.trusted() as stuck, self.trusted() as client:
+            stuck.subscribe("n/steps"), stuck.say({"op": "subscribeConnectionGraph"})
+            client.subscribe("n/out")
+            begin, stamps = time.monotonic(), []
+            while time.monotonic() - begin < 1.0:
+                stamps.append(client.until(message)[1])
+            self.assertGreater(len(stamps), 50)
+
+    def test_an_address_in_use_is_one_line(self):
+        second = subprocess.run([f"{BIN}/mimesis", "view", "--port", str(self.port)], capture_output=True, text=True, timeout=PATIENCE_S)
+        self.assertEqual(second.returncode, 2)
+        self.assertEqual(second.stderr, f"cannot listen on 127.0.0.1:{self.port}: Address already in use\n")
+
+
+class ViewOfALog(unittest.TestCase):
+    def test_a_log_is_played_and_nothing_is_left(self):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = os.environ | {"XDG_RUNTIME_DIR": folder, "MIMESIS_GRAPH": "r"}
+            log = f"{folder}/run.mcap"
+            node = subprocess.Popen([COUNTER, "--name", "n"], stderr=subprocess.DEVNULL, env=environment)
+            subprocess.run([f"{BIN}/mimesis", "log", "record", "--all", "--duration", "0.5", "--output", log], env=environment,
+                           capture_output=True, check=True, timeout=PATIENCE_S)
+            node.terminate(), node.wait()
+            view = subprocess.Popen([f"{BIN}/mimesis", "view", log, "--port", "0", "--key", "k"], stdout=subprocess.PIPE,
+                                    stderr=subprocess.DEVNULL, text=True, env=environment)
+            port = int(re.search(r":(\d+)/", view.stdout.readline())[1])
+            with Client(port, "/?key=k") as client:
+                client.subscribe("n/out")
+                self.assertTrue(client.until(message))
+            view.send_signal(signal.SIGINT)
+            self.assertEqual(view.wait(timeout=PATIENCE_S), 0)
+            view.stdout.close()
+            self.assertEqual([p.name for p in pathlib.Path(folder, "mimesis").iterdir() if p.name.startswith("view-")], [])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
