@@ -142,8 +142,8 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       sight_(bus, "sight"),
       touch_(bus, "touch"),
       entities_(bus, "entities", {.latched = true}),
-      forces_(bus, "forces"),
-      transforms_(bus, "transforms") {
+      forces_(bus, "forces", {.latched = true}),
+      transforms_(bus, "transforms", {.latched = true}) {
   for (const Push& push : params.pushes) world_.push(push);
   if (params.drawer.present) {
     for (const robot::Side side : robot::kSides) {

@@ -58,7 +58,7 @@ WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
       scene_(bus, "scene", {.latched = true}),
       state_(bus, "state"),
       contact_(bus, "contact"),
-      transforms_(bus, "transforms"),
+      transforms_(bus, "transforms", {.latched = true}),
       entities_(bus, "entities", {.latched = true}),
       outcome_(bus, "outcome", {.latched = true}) {}
 

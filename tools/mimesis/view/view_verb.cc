@@ -32,15 +32,14 @@ std::string new_key() {
   return fmt::format("{:08x}{:08x}", random(), random());
 }
 
-/// A graph of this view's own in which a player plays the logs, over and over.
+/// A graph of this view's own with a player of the logs, which rests at first and at the end.
 class Player {
  public:
   explicit Player(const Options& options) : graph_("view-" + std::to_string(getpid())) {
     launch::Command command{
         {launch::find_executable("mimesis"), "log", "play", "--stay", "--all-topics", "--no-keys",
-         "--rate", fmt::format("{}", options.rate)},
+         "--paused", "--rate", fmt::format("{}", options.rate)},
         {{"MIMESIS_GRAPH", graph_}}};
-    if (options.paused) command.argv.push_back("--paused");
     command.argv.insert(command.argv.end(), options.logs.begin(), options.logs.end());
     process_.emplace(command);
   }
@@ -55,6 +54,10 @@ class Player {
   Player& operator=(const Player&) = delete;
 
   const std::string& graph() const { return graph_; }
+  void resume() const {
+    tool::call_service(runtime::GraphView(graph_).nodes(), "player/resume", "",
+                       std::chrono::seconds(1));
+  }
   /// @throws ConfigError with its words if it has failed
   void check() {
     if (process_->ending() && !process_->ending()->good())
@@ -85,9 +88,13 @@ int run(Options& options) {
                            server.address, serving.port());
   const tool::StopSignals stop;
   LiveGraph live(serving, graph);
+  bool waits = player && !options.paused;  // until somebody looks
   while (!stop.requested()) {
     live.step();
     if (player) player->check();
+    if (!waits || serving.wanted().empty()) continue;
+    waits = false;
+    player->resume();
   }
   return 0;
 }

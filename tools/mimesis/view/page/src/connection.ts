@@ -54,6 +54,8 @@ export class Connection {
   readonly complaint = signal("");
   /** Newest time that a message had [ns]. */
   now = 0n;
+  /** May change parameters and call services. */
+  trusted = false;
 
   private socket?: WebSocket;
   private readonly listeners = new Map<string, Set<Listener>>();
@@ -145,6 +147,7 @@ export class Connection {
     switch (json.op) {
       case "serverInfo":
         this.name.value = json.name;
+        this.trusted = json.capabilities.includes("services");
         break;
       case "advertise": {
         const channels = new Map(this.channels.value);

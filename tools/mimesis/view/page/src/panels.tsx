@@ -233,7 +233,7 @@ export function Parameters({ connection }: Props) {
     }
   };
   useEffect(() => { if (chosen) ask(); }, [chosen, connection.services.value]);
-  if (!nodes.length) return <p>Open the address that `mimesis view` printed, with its key, to see and change parameters.</p>;
+  if (!nodes.length) return <p>{connection.trusted ? "No node here has parameters." : "Open the address that `mimesis view` printed, with its key, to see and change parameters."}</p>;
   return (
     <>
       <label>Node <select value={chosen} onChange={(e) => setNode(e.currentTarget.value)}>{nodes.map((n) => <option key={n}>{n}</option>)}</select></label>
