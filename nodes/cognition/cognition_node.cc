@@ -54,12 +54,11 @@ std::string text(const Symbols& s) {
                      kTransport[static_cast<int>(s.transport)], kGoal[static_cast<int>(s.goal)]);
 }
 
-long whole_steps(const CognitionParams& p) {
-  const double steps = 1.0 / (p.rate_hz * p.imitator.ladder.dt_s);
+long whole_steps(const CognitionParams& p, double dt_s) {
+  const double steps = 1.0 / (p.rate_hz * dt_s);
   if (std::abs(steps - std::round(steps)) > 1e-6 || steps < 0.5) {
-    throw ConfigError(
-        fmt::format("cognition.rate_hz: the period 1/{} s is no multiple of dt_s = {}", p.rate_hz,
-                    p.imitator.ladder.dt_s));
+    throw ConfigError(fmt::format(
+        "cognition.rate_hz: the period 1/{} s is no multiple of dt_s = {}", p.rate_hz, dt_s));
   }
   return std::lround(steps);
 }
@@ -73,23 +72,25 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
       decision_(bus, "decision"),
       fields_(bus, "fields"),
       ports_end_(bus),
-      period_s_(static_cast<double>(whole_steps(params)) * params.imitator.ladder.dt_s),
+      imitator_(
+          params.imitator, load_architecture(params.architecture),
+          params.links.empty() ? std::function<void(Ladder<float>&)>{}
+                               : [&](Ladder<float>& l) { load_links(params.links, l); }),
+      period_s_(static_cast<double>(whole_steps(params, dt_s())) * dt_s()),
       fields_every_(params.fields_hz > 0.0
                         ? std::max(1L, std::lround(params.rate_hz / params.fields_hz))
                         : 0),
-      imitator_(
-          params.imitator, params.links.empty()
-                               ? std::function<void(Ladder<float>&)>{}
-                               : [&](Ladder<float>& l) { load_links(params.links, l); }) {
+      saving_(bus),
+      replaying_(bus.outside().replaying()) {
   for (const std::string& sequence : imitator_.refused()) {
     runtime::warn(
         "practice '{}': the robot settles on something it learned before; nothing learned",
         sequence);
   }
-  for (const Layer layer : kAllLayers) {
+  for (const FieldSpec& spec : imitator_.ladder().architecture().fields) {
     v1::Field* field = activity_.add_fields();
-    field->set_name(std::string(layer_name(layer)));
-    field->mutable_u()->Resize(params.imitator.ladder.field.neurons, 0.0F);
+    field->set_name(spec.name);
+    field->mutable_u()->Resize(spec.params.neurons * spec.params.rows, 0.0F);
   }
 }
 
@@ -125,16 +126,17 @@ void CognitionNode::tell_changes(Time now) {
   }
 }
 
+/// The file is written beside the steps: a slow disk delays no decision.
 void CognitionNode::save_what_was_learned() {
   const bool learned = imitator_.learned();
-  if (learned && !saved_ && !params_.save_links.empty()) {
-    try {
-      save_links(params_.save_links, imitator_.ladder());
-    } catch (const std::runtime_error& e) {
-      runtime::warn("{}", e.what());
-    }
+  if (learned && !saved_ && !params_.save_links.empty() && !saving_.running()) {
+    saving_.start(
+        [path = params_.save_links, text = links_text(imitator_.ladder()), replaying = replaying_] {
+          return replaying ? std::string() : save_links(path, text);
+        });
   }
   saved_ = learned;
+  if (const auto fault = saving_.take(); fault && !fault->empty()) runtime::warn("{}", *fault);
 }
 
 /// Reinforcement [M18 eq. 2.3]: the planner has a plan for this decision, not for an earlier one.
@@ -175,9 +177,9 @@ void CognitionNode::publish_decision(Time now) {
 }
 
 void CognitionNode::publish_fields(Time now) {
-  for (const Layer layer : kAllLayers) {
-    const auto u = imitator_.ladder().field(layer).activity();
-    std::ranges::copy(u, activity_.mutable_fields(static_cast<int>(layer))->mutable_u()->begin());
+  for (int i = 0; i < activity_.fields_size(); ++i) {
+    const auto u = imitator_.ladder().field(static_cast<std::size_t>(i)).activity();
+    std::ranges::copy(u, activity_.mutable_fields(i)->mutable_u()->begin());
   }
   fields_.send(activity_, now);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/error.h"
 #include "nodes/cognition/trial.h"
@@ -9,8 +10,9 @@
 namespace mimesis::cognition {
 
 template <class Real>
-Peaks read_peaks(const Ladder<Real>& ladder, Layer layer) {
-  const auto u = ladder.field(layer).activity();
+Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field) {
+  const FieldSpec& spec = ladder.architecture().fields[field];
+  const auto u = ladder.field(field).activity();
   Peaks peaks;
   bool inside = false;
   std::size_t top = 0;
@@ -20,9 +22,17 @@ Peaks read_peaks(const Ladder<Real>& ladder, Layer layer) {
     if (u[i] > u[top]) top = i;
   }
   peaks.max_u = static_cast<double>(u[top]);
-  if (peaks.count > 0) {
-    peaks.site = std::min(static_cast<int>(top * static_cast<std::size_t>(sites(layer)) / u.size()),
-                          sites(layer) - 1);
+  if (peaks.count == 0) return peaks;
+  if (spec.params.rows > 1) peaks.count = 1;
+  const auto n = static_cast<std::size_t>(spec.params.neurons);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int s = 0; s < static_cast<int>(spec.sites.size()); ++s) {
+    const SitePlace place = site_place(spec, s);
+    const double distance = std::hypot(static_cast<double>(top % n) * spec.params.dx - place.x,
+                                       static_cast<double>(top / n) * spec.params.dx - place.y);
+    if (distance > nearest) continue;
+    nearest = distance;
+    peaks.site = s;
   }
   return peaks;
 }
@@ -58,8 +68,8 @@ std::string indecision(const Ladder<Real>& ladder) {
   return read_decision(ladder).settled ? "" : "the fields do not come to rest";
 }
 
-template Peaks read_peaks(const Ladder<float>&, Layer);
-template Peaks read_peaks(const Ladder<double>&, Layer);
+template Peaks read_peaks(const Ladder<float>&, std::size_t);
+template Peaks read_peaks(const Ladder<double>&, std::size_t);
 template Decision read_decision(const Ladder<float>&);
 template Decision read_decision(const Ladder<double>&);
 template std::string indecision(const Ladder<float>&);
@@ -81,16 +91,18 @@ Demonstration practice_sequence(const std::string& text, std::size_t i) {
 
 }  // namespace
 
-Imitator::Imitator(const ImitatorParams& params, const std::function<void(Ladder<float>&)>& recall)
-    : params_(params), ladder_(params.ladder), task_(task_stimulus(params.ladder.task)) {
-  if (recall) {
-    recall(ladder_);
-    return;
-  }
-  for (std::size_t i = 0; i < params_.practice.size(); ++i) {
+Imitator::Imitator(const ImitatorParams& params, const Architecture& architecture,
+                   const std::function<void(Ladder<float>&)>& recall)
+    : params_(params),
+      ladder_(imitating(architecture)),
+      task_(task_stimulus(architecture)),
+      shown_(task_) {
+  if (recall) recall(ladder_);
+  for (std::size_t i = 0; !recall && i < params_.practice.size(); ++i) {
     const std::string& sequence = params_.practice[i];
     if (!rehearse(ladder_, practice_sequence(sequence, i))) refused_.push_back(sequence);
   }
+  ladder_.check_rest();
 }
 
 void Imitator::observe(const Demonstration& seen, bool complete, double period_s) {
@@ -98,7 +110,7 @@ void Imitator::observe(const Demonstration& seen, bool complete, double period_s
     if (stage_ == Stage::waiting) return;
     ladder_.reset();
     stage_ = Stage::waiting;
-    task_ = task_stimulus(params_.ladder.task);
+    task_ = task_stimulus(ladder_.architecture());
     seen_ = {};
     decision_ = {};
     deciding_s_ = unchanged_s_ = 0.0;
@@ -120,8 +132,8 @@ void Imitator::observe(const Demonstration& seen, bool complete, double period_s
 void Imitator::present() {
   ladder_.reset();
   shown_ = task_;
-  add_vision(params_.ladder.vision, seen_, shown_);
-  window_left_ = std::lround(params_.ladder.vision.window_s / params_.ladder.dt_s);
+  add_vision(ladder_.architecture(), seen_, shown_);
+  window_left_ = std::lround(ladder_.architecture().input_window_s / ladder_.architecture().dt_s);
   reward_left_ = 0;
   deciding_s_ = 0.0;
   decision_ = {};
@@ -135,8 +147,7 @@ void Imitator::refuse() {
             goal = read_peaks(ladder_, Layer::pfc).site;
   if (++refusals_ > params_.alternatives) return give_up("no plan, and no alternative is left");
   // What is expected has failed: the habit [M18 2.2.2] no longer speaks for any means.
-  task_ = task_stimulus(
-      {.pf = refusals_ == 1 ? 0.0 : params_.ladder.task.pf, .pfc = params_.ladder.task.pfc});
+  task_ = task_stimulus(ladder_.architecture(), {.means = refusals_ == 1 ? 0.0 : 1.0});
   if (refusals_ == 1 && means >= 0) task_.at(Layer::pf, means) -= kInhibition;
   if (refusals_ > 1 && goal >= 0) task_.at(Layer::pfc, goal) -= kInhibition;
   present();
@@ -150,7 +161,7 @@ void Imitator::give_up(std::string reason) {
 
 void Imitator::advance(double period_s, bool success) {
   learning_ = false;
-  for (long i = std::lround(period_s / params_.ladder.dt_s); i > 0; --i) {
+  for (long i = std::lround(period_s / ladder_.architecture().dt_s); i > 0; --i) {
     const bool reward = decided() && success && reward_left_ > 0;
     ladder_.step(window_left_ > 0 ? shown_ : task_, reward);
     window_left_ -= window_left_ > 0 ? 1 : 0;
@@ -164,7 +175,8 @@ void Imitator::advance(double period_s, bool success) {
       decision_.settled && window_left_ == 0;  // held by the fields, not by the input
   if (decision_.settled) {
     stage_ = Stage::decided;
-    reward_left_ = std::lround(params_.ladder.learning.window_s / params_.ladder.dt_s);
+    reward_left_ =
+        std::lround(ladder_.architecture().learning.window_s / ladder_.architecture().dt_s);
   } else if (deciding_s_ >= params_.indecision_s && window_left_ == 0) {
     give_up(indecision(ladder_) + (refusals_ > 0 ? "; what was decided first has no plan" : ""));
   }

@@ -16,8 +16,13 @@ struct Peaks {
   double max_u = 0.0;  ///< maximum of the whole field [1]
 };
 
+/// Does not allocate. Of a 2-D field the peaks are not counted: 1 if there is any.
 template <class Real>
-Peaks read_peaks(const Ladder<Real>& ladder, Layer layer);
+Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field);
+template <class Real>
+Peaks read_peaks(const Ladder<Real>& ladder, Layer layer) {
+  return read_peaks(ladder, index(layer));
+}
 
 /// Decisions of the ladder: means from F5, goal from PFC, colour from COL.
 struct Decision {
@@ -40,15 +45,14 @@ Decision read_decision(const Ladder<Real>& ladder);
 template <class Real>
 std::string indecision(const Ladder<Real>& ladder);
 
-extern template Peaks read_peaks(const Ladder<float>&, Layer);
-extern template Peaks read_peaks(const Ladder<double>&, Layer);
+extern template Peaks read_peaks(const Ladder<float>&, std::size_t);
+extern template Peaks read_peaks(const Ladder<double>&, std::size_t);
 extern template Decision read_decision(const Ladder<float>&);
 extern template Decision read_decision(const Ladder<double>&);
 extern template std::string indecision(const Ladder<float>&);
 extern template std::string indecision(const Ladder<double>&);
 
 struct ImitatorParams {
-  LadderParams ladder{};
   /// Sequences rehearsed with reward before the first demonstration (parse_sequence): the robot "is
   /// familiar with the task" [M18 2.4.2]. Empty: it must learn from its own successes.
   std::vector<std::string> practice = {"precision,above,high", "full,below,low"};
@@ -75,14 +79,15 @@ class Imitator {
   enum class Stage { waiting, watching, deciding, decided, undecided };
 
   /// Practises; some hundred milliseconds of computation. With `recall`, which brings links learned
-  /// before, it does that instead. @throws ConfigError for impossible constants.
-  explicit Imitator(const ImitatorParams& params,
+  /// before, it does that instead. @throws ConfigError for impossible constants, or an architecture
+  /// that does not begin with the fields of symbols.h.
+  explicit Imitator(const ImitatorParams& params, const Architecture& architecture,
                     const std::function<void(Ladder<float>&)>& recall = {});
 
   /// Takes what vision holds now. Not calling it (no fresh image) stops the clock of `patience_s`.
   /// @param complete the teacher's action is over
   void observe(const Demonstration& seen, bool complete, double period_s);
-  /// Advances the fields by `period_s`, a multiple of ladder.dt_s. Does not allocate.
+  /// Advances the fields by `period_s`, a multiple of the architecture's dt_s. Does not allocate.
   /// @param success the planner has a complete plan for this decision: rewards it, once, for the
   /// window
   void advance(double period_s, bool success);

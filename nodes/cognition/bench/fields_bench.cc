@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "nodes/cognition/architecture_node.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -138,13 +139,13 @@ BENCHMARK(sliding_kernel<double>)->Name("peer/sliding_kernel/double")->Arg(101)-
 /// ladder-steps/s.
 template <class Real, bool learn>
 void ladder_step(benchmark::State& state) {
-  LadderParams p;
-  p.field = sized(state.range(0));
-  Ladder<Real> ladder(p);
+  Architecture architecture = load_architecture();
+  for (FieldSpec& f : architecture.fields) f.params.neurons = static_cast<int>(state.range(0));
+  Ladder<Real> ladder(architecture);
   const Demonstration shown = parse_sequence("precision,above,high,light");
   rehearse(ladder, shown);
   run_trial(ladder, {.shown = shown});
-  const Stimulus task = task_stimulus(p.task);
+  const Stimulus task = task_stimulus(architecture);
   for (auto _ : state) {
     ladder.step(task, learn);
     benchmark::DoNotOptimize(ladder.field(Layer::pf).activity().data());

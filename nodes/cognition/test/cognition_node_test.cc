@@ -1,16 +1,13 @@
 #include "nodes/cognition/cognition_node.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "common/testing/loopback.h"
 #include "nodes/cognition/links_node.h"
+#include "nodes/cognition/test/files.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -203,7 +200,8 @@ TEST(CognitionNode,
 }
 
 TEST(CognitionNode, SettlesOnWhatTheFieldsHoldWithoutInput) {
-  Rig rig({.imitator = {.ladder = {.vision = {.window_s = 1.2}}}});
+  const ArchitectureFile slow("window_s: 0.6", "window_s: 1.2");
+  Rig rig({.architecture = slow.path});
   rig.seen = kPreferred;
   rig.run(1100ms);  // stable long ago, but under input
   EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
@@ -323,28 +321,8 @@ TEST(CognitionNode, LearnsOnlyWhileThePlanSucceeds) {
   EXPECT_FALSE(rig.decision().learned());  // not yet for this decision
 }
 
-/// A file that is gone after the test.
-struct LinkFile {
-  std::string path = ::testing::TempDir() + "mimesis_links_" + std::to_string(::getpid()) + ".json";
-  LinkFile() = default;
-  LinkFile(const LinkFile&) = delete;
-  LinkFile& operator=(const LinkFile&) = delete;
-  ~LinkFile() { std::remove(path.c_str()); }
-
-  std::string read() const {
-    std::ifstream in(path);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  void replace(const std::string& from, const std::string& to) const {
-    std::string content = read();
-    ASSERT_NE(content.find(from), std::string::npos) << from;
-    content.replace(content.find(from), from.size(), to);
-    std::ofstream(path) << content;
-  }
-};
-
 TEST(CognitionNode, LinksOutliveTheProcess) {
-  const LinkFile file;
+  const PassingFile file("links.json");
   {
     Rig teacher({.save_links = file.path, .imitator = {.practice = {}}});
     teacher.show(kOther);
@@ -363,19 +341,18 @@ TEST(CognitionNode, LinksOutliveTheProcess) {
   heir.run(3s);
   EXPECT_EQ(heir.decision().goal(), v1::GOAL_UNSPECIFIED);
 
-  Ladder<float> ladder({});
+  Ladder<float> ladder(load_architecture());
   load_links(file.path, ladder);
-  save_links(file.path, ladder);
-  EXPECT_EQ(file.read(), learned) << "a weight changed on the way";
+  EXPECT_EQ(links_text(ladder) + "\n", learned) << "a weight changed on the way";
 }
 
 TEST(CognitionNode, RefusesLinksThatDoNotFit) {
   const auto refused = [](const std::string& from, const std::string& to, const char* why,
                           const CognitionParams& given = {}) {
-    const LinkFile file;
-    Ladder<float> ladder({});
-    ladder.install(Connection::pf_pfc, kFgBt, 1);
-    save_links(file.path, ladder);
+    const PassingFile file("links.json");
+    Ladder<float> ladder(load_architecture());
+    ladder.install("PF->PFC", kFgBt, 1);
+    ASSERT_EQ(save_links(file.path, links_text(ladder)), "");
     if (!from.empty()) file.replace(from, to);
     testing::Loopback bus;
     CognitionParams params = given;
@@ -388,13 +365,13 @@ TEST(CognitionNode, RefusesLinksThatDoNotFit) {
       EXPECT_NE(std::string(e.what()).find(file.path), std::string::npos) << e.what();
     }
   };
-  refused("\"version\":1", "\"version\":2", "is of version 2, expected 1");
+  refused("\"version\":2", "\"version\":1", "is of version 1, expected 2");
   refused("mimesis-links", "other", "expected \"format\"");
-  refused("", "", "was learned with field.neurons = 128, here it is 64",
-          {.imitator = {.ladder = {.field = {.neurons = 64}}}});
-  refused("\"inhibition\":1.0", "\"inhibition\":1.5", "field.inhibition = 1.5");
+  const ArchitectureFile wide("field: {neurons: 128", "field: {neurons: 192");
+  refused("", "", "was learned with PF.neurons = 128, here it is 192", {.architecture = wide.path});
+  refused("\"inhibition\":1.0", "\"inhibition\":1.5", "PF.inhibition = 1.5");
   refused("PF->PFC", "PF->PFX", "PF->PFC");
-  refused("\"PF->PFC\":[[", "\"PF->PFC\":[[2", "reaches beyond 128 neurons");
+  refused("\"PF->PFC\":[[", "\"PF->PFC\":[[2", "reaches beyond 128 x 128 neurons");
   refused("{\"format", "[\"format", "no file of links");
   testing::Loopback bus;
   EXPECT_THROW(CognitionNode({.links = "/nowhere/links.json"}, bus), ConfigError);
