@@ -54,6 +54,13 @@ std::string text(const Symbols& s) {
                      kTransport[static_cast<int>(s.transport)], kGoal[static_cast<int>(s.goal)]);
 }
 
+template <class Symbols>
+bool matches(const v1::TaskStatus& task, const Symbols& s) {
+  return static_cast<Grip>(task.grip()) == s.grip &&
+         static_cast<Transport>(task.transport()) == s.transport &&
+         static_cast<Goal>(task.goal()) == s.goal;
+}
+
 long whole_steps(const CognitionParams& p, double dt_s) {
   const double steps = 1.0 / (p.rate_hz * dt_s);
   if (std::abs(steps - std::round(steps)) > 1e-6 || steps < 0.5) {
@@ -71,6 +78,9 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
       task_(bus, "task"),
       decision_(bus, "decision"),
       fields_(bus, "fields"),
+      test_plan_(bus, "test_plan", {.optional = true}),
+      proposal_(bus, "proposal"),
+      outcome_(bus, "outcome", {.latched = true}),
       ports_end_(bus),
       imitator_(
           params.imitator, load_architecture(params.architecture),
@@ -98,6 +108,8 @@ void CognitionNode::step(Time now) {
   watch(now);
   imitator_.advance(period_s_, succeeded(now));
   tell_changes(now);
+  ask_for_a_test_plan(now);
+  report_indecision(now);
   save_what_was_learned();
   publish_decision(now);
   if (fields_every_ > 0 && tick_ % fields_every_ == 0) publish_fields(now);
@@ -119,6 +131,8 @@ void CognitionNode::tell_changes(Time now) {
   stage_ = imitator_.stage();
   plan_seen_ = failure_told_ = false;
   decided_ = imitator_.decided() ? now : Time{};
+  entered_ = now;
+  reported_ = false;
   if (imitator_.decided()) {
     runtime::info("decided: {} (seen: {})", text(imitator_.decision()), text(imitator_.shown()));
   } else if (stage_ == Imitator::Stage::undecided) {
@@ -144,11 +158,7 @@ bool CognitionNode::succeeded(Time now) {
   const v1::TaskStatus* task = task_.fresh(now, runtime::from_seconds(params_.task_stale_s));
   if (task == nullptr || !imitator_.decided() || task_.stamp() < decided_) return false;
   const Decision& d = imitator_.decision();
-  if (static_cast<Grip>(task->grip()) != d.grip ||
-      static_cast<Transport>(task->transport()) != d.transport ||
-      static_cast<Goal>(task->goal()) != d.goal) {
-    return false;
-  }
+  if (!matches(*task, d)) return false;
   if (task->state() == v1::TASK_STATE_FAILED && !failure_told_) {
     runtime::warn("planning failed for {} ({}); the links stay as they are", text(d),
                   task->reason());
@@ -161,6 +171,46 @@ bool CognitionNode::succeeded(Time now) {
       task->state() == v1::TASK_STATE_PLANNING || task->state() == v1::TASK_STATE_EXECUTING;
   plan_seen_ = plan_seen_ || task->plan_succeeded();
   return under_way && task->plan_succeeded();
+}
+
+/// The rehearsal: another planner, whose arm does not move, is asked before the decision falls
+/// [M18 fig. 2.22].
+void CognitionNode::ask_for_a_test_plan(Time now) {
+  const v1::TaskStatus* answer = test_plan_.fresh(now, runtime::from_seconds(params_.task_stale_s));
+  if (proposed_ != nullptr && answer != nullptr && test_plan_.stamp() > asked_ &&
+      matches(*answer, *proposed_) &&
+      (answer->plan_succeeded() || answer->state() == v1::TASK_STATE_FAILED)) {
+    runtime::info("test plan for {}: {}", text(*proposed_),
+                  answer->plan_succeeded() ? "found" : answer->reason());
+    imitator_.answer(answer->plan_succeeded());
+  }
+  const Demonstration* proposal = imitator_.proposal();
+  if (proposal != proposed_) asked_ = now;
+  proposed_ = proposal;
+  if (proposal == nullptr) return;
+  v1::Decision message;
+  to_proto({.grip = proposal->grip,
+            .transport = proposal->transport,
+            .goal = proposal->goal,
+            .color = Color::unknown,
+            .settled = true},
+           message);
+  message.set_decided_ns(static_cast<std::uint64_t>(asked_.count()));
+  proposal_.send(message, now);
+}
+
+/// A run that waits for a verdict shall end with the reason why none will come. The teacher may
+/// still go on: that is given the same patience as before.
+void CognitionNode::report_indecision(Time now) {
+  if (stage_ != Imitator::Stage::undecided || reported_ ||
+      now - entered_ < runtime::from_seconds(params_.imitator.patience_s)) {
+    return;
+  }
+  reported_ = true;
+  v1::TrialOutcome outcome;
+  outcome.set_placement_error_m(-1.0);
+  outcome.set_reason("no decision: " + imitator_.reason());
+  outcome_.send(outcome, now);
 }
 
 void CognitionNode::publish_decision(Time now) {

@@ -10,6 +10,7 @@
 #include "proto/cognition.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/vision.pb.h"
+#include "proto/world.pb.h"
 
 namespace mimesis::cognition {
 
@@ -40,6 +41,8 @@ struct CognitionParams {
     v("patience_s", imitator.patience_s, 0.1, 600.0);
     v("indecision_s", imitator.indecision_s, 0.1, 60.0);
     v("alternatives", imitator.alternatives, 0, 2);
+    v("rehearse", imitator.rehearse);
+    v("rehearsal_s", imitator.rehearsal_s, 0.1, 600.0);
   }
 };
 
@@ -56,6 +59,8 @@ class CognitionNode {
  private:
   void watch(runtime::Time now);
   bool succeeded(runtime::Time now);
+  void ask_for_a_test_plan(runtime::Time now);
+  void report_indecision(runtime::Time now);
   void tell_changes(runtime::Time now);
   void save_what_was_learned();
   void publish_decision(runtime::Time now);
@@ -67,12 +72,17 @@ class CognitionNode {
   runtime::Latest<v1::TaskStatus> task_;
   runtime::Out<v1::Decision> decision_;
   runtime::Out<v1::FieldActivity> fields_;
+  runtime::Latest<v1::TaskStatus> test_plan_;
+  runtime::Out<v1::Decision> proposal_;
+  runtime::Out<v1::TrialOutcome> outcome_;
   runtime::PortsEnd ports_end_;
   Imitator imitator_;
   double period_s_;
   long fields_every_, tick_ = 0;  // steps between two messages on `fields`; steps since the start
   Imitator::Stage stage_ = Imitator::Stage::waiting;
-  runtime::Time decided_{};
+  runtime::Time decided_{}, entered_{}, asked_{};  // entered: of the present stage
+  const Demonstration* proposed_ = nullptr;
+  bool reported_ = false;  // this indecision
   bool saved_ = false;
   runtime::Job<std::string> saving_;               // beside the steps; why it failed
   bool replaying_;                                 // a replay writes no file

@@ -60,23 +60,29 @@ struct ImitatorParams {
   double patience_s = 5.0;
   /// Fields that have not settled by then will not: every reference trial does within 1 s [s].
   double indecision_s = 3.0;
-  int alternatives = 2;  ///< decisions tried after one for which there is no plan
+  int alternatives = 2;   ///< decisions tried after one for which there is no plan
+  bool rehearse = false;  ///< asks for a test plan with the grip that was seen before it decides
+  double rehearsal_s = 20.0;  ///< longest wait for the answer to a test plan [s]
 };
 
 /// Watches one demonstration after the other, lets the ladder decide, and learns from success.
 ///
 ///   waiting --an action seen--> watching --complete, or patience over--> deciding --stable-->
+///   with `rehearse`: watching --action over--> considering --test plan answered--> deciding
 ///   decided --no plan--> deciding (inhibits what failed) --not stable for indecision_s-->
 ///   undecided --something new seen--> watching
 ///   any --no action seen any more: a new demonstration--> waiting (fields at rest, links stay)
 ///
 /// A colour alone is no action: an object that stands there starts and ends nothing.
-/// All that was seen drives the fields at once, when the demonstration is over: the order of the
-/// decisions is that of the fields, not that of the teacher's hand, else the means would always be
-/// decided before the goal can override them [M18 fig. 2.21].
+/// While it considers, the grip that was seen is all that reaches the fields, and nothing is
+/// expected: PF is undecided between the combinations with this grip. The first for which there is
+/// a test plan gets input in F5, the others are inhibited; what else was seen follows [M18
+/// fig. 2.22]. Else all that was seen drives the fields at once, when the demonstration is over:
+/// the order of the decisions is that of the fields, not that of the teacher's hand, else the means
+/// would always be decided before the goal can override them [M18 fig. 2.21].
 class Imitator {
  public:
-  enum class Stage { waiting, watching, deciding, decided, undecided };
+  enum class Stage { waiting, watching, considering, deciding, decided, undecided };
 
   /// Practises; some hundred milliseconds of computation. With `recall`, which brings links learned
   /// before, it does that instead. @throws ConfigError for impossible constants, or an architecture
@@ -95,6 +101,13 @@ class Imitator {
   /// goal has the priority; if they fail too, the goal is given up and the means decide.
   void refuse();
 
+  /// Means and goal to be planned as a test; null in other stages than `considering`.
+  const Demonstration* proposal() const {
+    return stage_ == Stage::considering ? &proposals_[proposal_] : nullptr;
+  }
+  /// The answer to the proposal, after which the next one may follow.
+  void answer(bool feasible);
+
   Stage stage() const { return stage_; }
   /// Before Stage::decided: the present activity of the fields, not settled. After: the decision,
   /// which stays.
@@ -112,17 +125,24 @@ class Imitator {
   const Ladder<float>& ladder() const { return ladder_; }
 
  private:
+  void consider();
   void present();
+  void drive_with(const Demonstration& seen);
+  long steps(double duration_s) const;
   void give_up(std::string reason);
 
   ImitatorParams params_;
   Ladder<float> ladder_;
   Stimulus task_, shown_;  // task input with what failed inhibited; with vision
+  Stimulus planned_;       // task_ with the means of a test plan
+  std::vector<Demonstration> proposals_;
+  std::size_t proposal_ = 0;
+  double considering_s_ = 0.0;
   Stage stage_ = Stage::waiting;
   Demonstration seen_;
   Decision decision_;
   double unchanged_s_ = 0.0, deciding_s_ = 0.0;
-  long window_left_ = 0, reward_left_ = 0;  // ladder steps
+  long plan_left_ = 0, window_left_ = 0, reward_left_ = 0;  // ladder steps
   bool learning_ = false;
   int refusals_ = 0;
   std::string reason_;

@@ -158,6 +158,69 @@ TEST(CognitionNode, WithoutAPlanOtherMeansAreTriedThenTheMeansDecide) {
   EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
 }
 
+/// The planner's answer to the newest proposal, which is returned.
+std::string answer(Rig& rig, bool feasible) {
+  const auto proposal = rig.bus.take_last<v1::Decision>("proposal");
+  if (!proposal) return "none";
+  v1::TaskStatus status;
+  status.set_state(feasible ? v1::TASK_STATE_EXECUTING : v1::TASK_STATE_FAILED);
+  status.set_plan_succeeded(feasible);
+  status.set_grip(proposal->grip());
+  status.set_transport(proposal->transport());
+  status.set_goal(proposal->goal());
+  rig.bus.send("test_plan", status, rig.now());
+  rig.run(50ms);
+  return text(*proposal);
+}
+
+TEST(CognitionNode, ATestPlanBeforeTheDecisionShiftsIt) {  // fig. 2.22 over messages
+  const v1::Observation shown = observation(v1::GRIP_FULL, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+  for (const int feasible : {0, 1, 2}) {  // the first that is; 2: none
+    Rig rig({.imitator = {.rehearse = true}});
+    rig.show(shown);
+    EXPECT_FALSE(rig.decision().settled()) << "decided before the test plan";
+    EXPECT_EQ(answer(rig, feasible == 0), "GRIP_FULL TRANSPORT_ABOVE GOAL_HIGH");
+    if (feasible > 0) {
+      EXPECT_EQ(answer(rig, feasible == 1), "GRIP_FULL TRANSPORT_BELOW GOAL_HIGH");
+    }
+    rig.run(2500ms);
+    EXPECT_EQ(answer(rig, true), "none") << "asked again";
+    const std::string expected[] = {"GRIP_FULL TRANSPORT_ABOVE GOAL_HIGH",
+                                    "GRIP_FULL TRANSPORT_BELOW GOAL_HIGH",
+                                    "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH"};
+    EXPECT_TRUE(rig.decision().settled());
+    EXPECT_EQ(text(rig.decision()), expected[feasible]);
+  }
+}
+
+TEST(CognitionNode, WithoutAnAnswerTheTestPlanIsForgotten) {
+  Rig rig({.imitator = {.rehearse = true, .rehearsal_s = 2.0}});
+  rig.show(observation(v1::GRIP_FULL, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH));
+  v1::TaskStatus other;  // of another question
+  other.set_state(v1::TASK_STATE_EXECUTING);
+  other.set_plan_succeeded(true);
+  other.set_grip(v1::GRIP_PRECISION);
+  rig.bus.send("test_plan", other, rig.now());
+  rig.run(400ms);
+  EXPECT_EQ(rig.decision().grip(), v1::GRIP_UNSPECIFIED);
+  rig.run(2s);
+  EXPECT_TRUE(rig.decision().settled());
+}
+
+TEST(CognitionNode, AnIndecisionThatLastsEndsTheRun) {
+  Rig rig({.imitator = {.practice = {}, .patience_s = 0.5}});
+  rig.seen = grasp_only(v1::GRIP_FULL);
+  rig.run(3600ms);
+  EXPECT_FALSE(rig.bus.take<v1::TrialOutcome>("outcome").has_value());
+  rig.run(1s);
+  const auto outcome = rig.bus.take<v1::TrialOutcome>("outcome");
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_FALSE(outcome->success());
+  EXPECT_EQ(outcome->reason(), "no decision: PFC has no peak");
+  rig.run(2s);
+  EXPECT_FALSE(rig.bus.take<v1::TrialOutcome>("outcome").has_value()) << "told twice";
+}
+
 TEST(CognitionNode, AFailureOnTheWayTriesNothingElse) {
   Rig rig;
   rig.show(kPreferred);
