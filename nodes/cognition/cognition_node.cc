@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "nodes/cognition/links_node.h"
 
@@ -81,6 +82,7 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
       test_plan_(bus, "test_plan", {.optional = true}),
       proposal_(bus, "proposal"),
       outcome_(bus, "outcome", {.latched = true}),
+      explanation_(bus, "explanation"),
       ports_end_(bus),
       imitator_(
           params.imitator, load_architecture(params.architecture),
@@ -133,6 +135,7 @@ void CognitionNode::tell_changes(Time now) {
   decided_ = imitator_.decided() ? now : Time{};
   entered_ = now;
   reported_ = false;
+  if (imitator_.decided() || stage_ == Imitator::Stage::undecided) explain(now);
   if (imitator_.decided()) {
     runtime::info("decided: {} (seen: {})", text(imitator_.decision()), text(imitator_.shown()));
   } else if (stage_ == Imitator::Stage::undecided) {
@@ -213,17 +216,50 @@ void CognitionNode::report_indecision(Time now) {
   outcome_.send(outcome, now);
 }
 
-void CognitionNode::publish_decision(Time now) {
+v1::Decision CognitionNode::decision_message() const {
   v1::Decision message;
   to_proto(imitator_.decision(), message);
   message.set_decided_ns(static_cast<std::uint64_t>(decided_.count()));
   message.set_learning(imitator_.learning());
   message.set_learned(imitator_.learned());
   message.set_reason(imitator_.reason());
+  return message;
+}
+
+void CognitionNode::publish_decision(Time now) {
+  v1::Decision message = decision_message();
   message.set_sight_lost(params_.sight_s > 0.0 && observation_.get() != nullptr &&
                          observation_.fresh(now, runtime::from_seconds(params_.sight_s)) ==
                              nullptr);
   decision_.send(message, now);
+}
+
+void CognitionNode::explain(Time now) {
+  const Reasons& reasons = imitator_.reasons();
+  const auto& specs = imitator_.ladder().architecture().fields;
+  std::vector<std::size_t> order;
+  for (std::size_t f = 0; f < specs.size(); ++f) {
+    if (reasons.fields()[f].onset_s >= 0.0) order.push_back(f);
+  }
+  std::ranges::stable_sort(order, {}, [&](std::size_t f) { return reasons.fields()[f].onset_s; });
+  v1::Explanation message;
+  *message.mutable_decision() = decision_message();
+  message.set_deciding_s(imitator_.deciding_s());
+  message.set_confidence(reasons.confidence());
+  for (const std::size_t f : order) {
+    const Reason& reason = reasons.fields()[f];
+    v1::FieldReason& field = *message.add_fields();
+    field.set_field(specs[f].name);
+    if (reason.site >= 0) field.set_site(specs[f].sites[static_cast<std::size_t>(reason.site)]);
+    field.set_onset_s(reason.onset_s);
+    field.set_lead(reason.lead);
+    for (const Reason::Part& part : reason.parts) {
+      v1::Influence& influence = *field.add_influences();
+      influence.set_from(reasons.names()[part.from]);
+      influence.set_input(part.input);
+    }
+  }
+  explanation_.send(message, now);
 }
 
 void CognitionNode::publish_fields(Time now) {

@@ -63,7 +63,9 @@ class CognitionNode {
   void report_indecision(runtime::Time now);
   void tell_changes(runtime::Time now);
   void save_what_was_learned();
+  v1::Decision decision_message() const;
   void publish_decision(runtime::Time now);
+  void explain(runtime::Time now);
   void publish_fields(runtime::Time now);
   double dt_s() const { return imitator_.ladder().architecture().dt_s; }
 
@@ -75,6 +77,7 @@ class CognitionNode {
   runtime::Latest<v1::TaskStatus> test_plan_;
   runtime::Out<v1::Decision> proposal_;
   runtime::Out<v1::TrialOutcome> outcome_;
+  runtime::Out<v1::Explanation> explanation_;
   runtime::PortsEnd ports_end_;
   Imitator imitator_;
   double period_s_;

@@ -3,40 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "common/error.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
-
-template <class Real>
-Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field) {
-  const FieldSpec& spec = ladder.architecture().fields[field];
-  const auto u = ladder.field(field).activity();
-  Peaks peaks;
-  bool inside = false;
-  std::size_t top = 0;
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    if (u[i] > 0 && !inside) ++peaks.count;
-    inside = u[i] > 0;
-    if (u[i] > u[top]) top = i;
-  }
-  peaks.max_u = static_cast<double>(u[top]);
-  if (peaks.count == 0) return peaks;
-  if (spec.params.rows > 1) peaks.count = 1;
-  const auto n = static_cast<std::size_t>(spec.params.neurons);
-  double nearest = std::numeric_limits<double>::infinity();
-  for (int s = 0; s < static_cast<int>(spec.sites.size()); ++s) {
-    const SitePlace place = site_place(spec, s);
-    const double distance = std::hypot(static_cast<double>(top % n) * spec.params.dx - place.x,
-                                       static_cast<double>(top / n) * spec.params.dx - place.y);
-    if (distance > nearest) continue;
-    nearest = distance;
-    peaks.site = s;
-  }
-  return peaks;
-}
 
 template <class Real>
 Decision read_decision(const Ladder<Real>& ladder) {
@@ -69,8 +40,6 @@ std::string indecision(const Ladder<Real>& ladder) {
   return read_decision(ladder).settled ? "" : "the fields do not come to rest";
 }
 
-template Peaks read_peaks(const Ladder<float>&, std::size_t);
-template Peaks read_peaks(const Ladder<double>&, std::size_t);
 template Decision read_decision(const Ladder<float>&);
 template Decision read_decision(const Ladder<double>&);
 template std::string indecision(const Ladder<float>&);
@@ -103,6 +72,7 @@ Imitator::Imitator(const ImitatorParams& params, const Architecture& architectur
                    const std::function<void(Ladder<float>&)>& recall)
     : params_(params),
       ladder_(imitating(architecture)),
+      reasons_(ladder_),
       task_(task_stimulus(architecture)),
       shown_(task_),
       planned_(task_) {
@@ -156,7 +126,7 @@ void Imitator::consider() {
   proposal_ = 0;
   considering_s_ = 0.0;
   task_ = task_stimulus(ladder_.architecture(), kNoTask);
-  ladder_.reset();
+  begin_anew();
   drive_with({.grip = seen_.grip, .grip_confidence = seen_.grip_confidence});
   stage_ = Stage::considering;
 }
@@ -181,8 +151,14 @@ void Imitator::answer(bool feasible) {
   stage_ = Stage::deciding;
 }
 
-void Imitator::present() {
+void Imitator::begin_anew() {
   ladder_.reset();
+  reasons_.reset();
+  onset_s_ = 0.0;
+}
+
+void Imitator::present() {
+  begin_anew();
   drive_with(seen_);
   stage_ = Stage::deciding;
 }
@@ -222,7 +198,12 @@ void Imitator::advance(double period_s, bool success) {
   learning_ = false;
   for (long i = steps(period_s); i > 0; --i) {
     const bool reward = decided() && success && reward_left_ > 0;
-    ladder_.step(plan_left_ > 0 ? planned_ : window_left_ > 0 ? shown_ : task_, reward);
+    const Stimulus& stimulus = plan_left_ > 0 ? planned_ : window_left_ > 0 ? shown_ : task_;
+    ladder_.step(stimulus, reward);
+    if (stage_ == Stage::considering || stage_ == Stage::deciding) {
+      onset_s_ += ladder_.architecture().dt_s;
+      reasons_.observe(ladder_, task_, stimulus, plan_left_ > 0 ? "plan" : "vision", onset_s_);
+    }
     (plan_left_ > 0 ? plan_left_ : window_left_) -= plan_left_ > 0 || window_left_ > 0 ? 1 : 0;
     reward_left_ -= reward ? 1 : 0;
     learning_ = learning_ || reward;

@@ -4,25 +4,10 @@
 #include <vector>
 
 #include "nodes/cognition/ladder.h"
+#include "nodes/cognition/reasons.h"
 #include "nodes/cognition/symbols.h"
 
 namespace mimesis::cognition {
-
-/// Suprathreshold activity of one field. A peak is a run of neighbours with u > 0 = u_TH
-/// [M18 2.2.2].
-struct Peaks {
-  int count = 0;
-  int site = -1;       ///< nearest to the most active neuron; -1 without a peak
-  double max_u = 0.0;  ///< maximum of the whole field [1]
-};
-
-/// Does not allocate. Of a 2-D field the peaks are not counted: 1 if there is any.
-template <class Real>
-Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field);
-template <class Real>
-Peaks read_peaks(const Ladder<Real>& ladder, Layer layer) {
-  return read_peaks(ladder, index(layer));
-}
 
 /// Decisions of the ladder: means from F5, goal from PFC, colour from COL.
 struct Decision {
@@ -45,8 +30,6 @@ Decision read_decision(const Ladder<Real>& ladder);
 template <class Real>
 std::string indecision(const Ladder<Real>& ladder);
 
-extern template Peaks read_peaks(const Ladder<float>&, std::size_t);
-extern template Peaks read_peaks(const Ladder<double>&, std::size_t);
 extern template Decision read_decision(const Ladder<float>&);
 extern template Decision read_decision(const Ladder<double>&);
 extern template std::string indecision(const Ladder<float>&);
@@ -117,6 +100,8 @@ class Imitator {
   /// a whole window, for this decision
   bool learned() const { return decided() && reward_left_ == 0; }
   bool decided() const { return stage_ == Stage::decided; }
+  /// What carried the fields since the onset of the inputs.
+  const Reasons& reasons() const { return reasons_; }
   double deciding_s() const { return deciding_s_; }  ///< since the onset of the inputs [s]
   /// Why there is no decision; empty in other stages than `undecided`.
   const std::string& reason() const { return reason_; }
@@ -126,6 +111,7 @@ class Imitator {
 
  private:
   void consider();
+  void begin_anew();
   void present();
   void drive_with(const Demonstration& seen);
   long steps(double duration_s) const;
@@ -133,11 +119,12 @@ class Imitator {
 
   ImitatorParams params_;
   Ladder<float> ladder_;
+  Reasons reasons_;
   Stimulus task_, shown_;  // task input with what failed inhibited; with vision
   Stimulus planned_;       // task_ with the means of a test plan
   std::vector<Demonstration> proposals_;
   std::size_t proposal_ = 0;
-  double considering_s_ = 0.0;
+  double considering_s_ = 0.0, onset_s_ = 0.0;
   Stage stage_ = Stage::waiting;
   Demonstration seen_;
   Decision decision_;

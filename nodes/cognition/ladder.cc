@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "common/error.h"
@@ -354,6 +355,26 @@ void Ladder<Real>::transmit(Connection& c) {
 }
 
 template <class Real>
+double Ladder<Real>::input_at(std::size_t link, std::size_t field, std::size_t neuron) const {
+  const Connection& c = links_[link];
+  if (c.target != field) return 0.0;
+  const auto n = static_cast<std::size_t>(fields_[field].params().neurons);
+  if (!c.target_axis.empty()) neuron = c.along_y ? neuron / n : neuron % n;
+  if (c.source_axis.empty()) return c.weights.input_at(fields_[c.source].rate(), neuron);
+  return c.weights.input_at(c.source_axis, neuron);
+}
+
+template <class Real>
+double Ladder<Real>::input_at(const Stimulus& stimulus, std::size_t field,
+                              std::size_t neuron) const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < bumps_[field].size(); ++s) {
+    sum += stimulus.at(field, static_cast<int>(s)) * static_cast<double>(bumps_[field][s][neuron]);
+  }
+  return sum;
+}
+
+template <class Real>
 void Ladder<Real>::learn(Connection& c, Real fraction) {
   c.weights.learn(fields_[c.target].rate(), fields_[c.source].rate(), static_cast<Real>(c.eta),
                   fraction, above(c));
@@ -376,5 +397,36 @@ void Ladder<Real>::reset() {
 
 template class Ladder<float>;
 template class Ladder<double>;
+
+template <class Real>
+Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field) {
+  const FieldSpec& spec = ladder.architecture().fields[field];
+  const auto u = ladder.field(field).activity();
+  Peaks peaks;
+  bool inside = false;
+  std::size_t top = 0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    if (u[i] > 0 && !inside) ++peaks.count;
+    inside = u[i] > 0;
+    if (u[i] > u[top]) top = i;
+  }
+  peaks.max_u = static_cast<double>(u[top]);
+  if (peaks.count == 0) return peaks;
+  if (spec.params.rows > 1) peaks.count = 1;
+  const auto n = static_cast<std::size_t>(spec.params.neurons);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int s = 0; s < static_cast<int>(spec.sites.size()); ++s) {
+    const SitePlace place = site_place(spec, s);
+    const double distance = std::hypot(static_cast<double>(top % n) * spec.params.dx - place.x,
+                                       static_cast<double>(top / n) * spec.params.dx - place.y);
+    if (distance > nearest) continue;
+    nearest = distance;
+    peaks.site = s;
+  }
+  return peaks;
+}
+
+template Peaks read_peaks(const Ladder<float>&, std::size_t);
+template Peaks read_peaks(const Ladder<double>&, std::size_t);
 
 }  // namespace mimesis::cognition

@@ -64,6 +64,10 @@ class Ladder {
   /// Links by name, "PF->PFC"; @throws ConfigError if there is none. Gaussian ones are between the
   /// axes.
   const Link<Real>& link(std::string_view name) const { return find(name).weights; }
+  /// What one link, by index, or a stimulus gives to one neuron of a field now [1].
+  double input_at(std::size_t link, std::size_t field, std::size_t neuron) const;
+  double input_at(const Stimulus& stimulus, std::size_t field, std::size_t neuron) const;
+
   /// Adds `factor` times the link that a full reward window would leave between two patterns
   /// [eq. 2.4].
   void install(std::string_view name, int source_site, int target_site, double factor = 1.0);
@@ -119,5 +123,24 @@ class Ladder {
 
 extern template class Ladder<float>;
 extern template class Ladder<double>;
+
+/// Suprathreshold activity of one field. A peak is a run of neighbours with u > 0 = u_TH
+/// [M18 2.2.2].
+struct Peaks {
+  int count = 0;
+  int site = -1;       ///< nearest to the most active neuron; -1 without a peak
+  double max_u = 0.0;  ///< maximum of the whole field [1]
+};
+
+/// Does not allocate. Of a 2-D field the peaks are not counted: 1 if there is any.
+template <class Real>
+Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field);
+template <class Real>
+Peaks read_peaks(const Ladder<Real>& ladder, Layer layer) {
+  return read_peaks(ladder, index(layer));
+}
+
+extern template Peaks read_peaks(const Ladder<float>&, std::size_t);
+extern template Peaks read_peaks(const Ladder<double>&, std::size_t);
 
 }  // namespace mimesis::cognition

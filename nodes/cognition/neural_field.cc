@@ -213,6 +213,15 @@ void Link<Real>::transmit(std::span<const Real> source_rate, std::span<Real> inp
 }
 
 template <class Real>
+double Link<Real>::input_at(std::span<const Real> source_rate, std::size_t x) const {
+  double sum = 0.0;
+  for (std::size_t y = 0; y < sources_; ++y) {
+    sum += static_cast<double>(weight(x, y) * source_rate[y]);
+  }
+  return sum * static_cast<double>(dy_);
+}
+
+template <class Real>
 void Link<Real>::learn(std::span<const Real> target_rate, std::span<const Real> source_rate,
                        Real eta, Real fraction, Above above) {
   MIMESIS_ASSERT(fraction >= 0 && fraction <= 1 && !low_rank_);

@@ -98,10 +98,13 @@ TEST(Ladder, PatternsAreTheEquilibriumOfEquation25) {
           s += ladder.link(link.name()).weight(x, y) * rate[y];
         }
       }
+      double told = ladder.input_at(task, index(layer), x);
+      for (std::size_t l = 0; l < a.links.size(); ++l) told += ladder.input_at(l, index(layer), x);
       for (int site = 0; site < sites(layer); ++site) {
         const double d = (static_cast<double>(x) - site_place(spec, site).x) / a.input_width;
         s += task.at(index(layer), site) * std::exp(-0.5 * d * d);
       }
+      EXPECT_NEAR(told, s, 1e-9) << spec.name << x;
       const double u = field.activity()[x], lateral = bracket(field, x);
       const double gate = 1.0 / (1.0 + std::exp(-2.0 * (u - spec.params.threshold1)));
       EXPECT_NEAR(u, spec.params.resting_level + s + gate * lateral, 1e-3) << spec.name << x;

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/testing/no_malloc.h"
 #include "nodes/cognition/architecture_node.h"
+#include "nodes/cognition/reasons.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -114,8 +115,11 @@ TEST(Trial, StepDoesNotAllocateAndRepeatsEveryBit) {
   Ladder<float> a(load_architecture()), b(load_architecture());
   Stimulus stimulus = task_stimulus(a.architecture());
   add_vision(a.architecture(), parse_sequence("full,below,low,dark"), stimulus);
+  Reasons reasons(a);
+  const Stimulus task = task_stimulus(a.architecture());
   for (int i = 0; i < 300; ++i) {
     const testing::NoMalloc guard;
+    reasons.observe(a, task, stimulus, "vision", 0.001 * i);
     a.step(stimulus, i > 150);
     b.step(stimulus, i > 150);
     read_decision(a);
@@ -125,6 +129,8 @@ TEST(Trial, StepDoesNotAllocateAndRepeatsEveryBit) {
     EXPECT_EQ(std::memcmp(ua.data(), ub.data(), ua.size_bytes()), 0) << layer_name(layer);
   }
   EXPECT_GT(a.link("COL->PFC").weight(96, 96), 0.0F);
+  EXPECT_EQ(reasons.fields()[index(Layer::pf)].site, kFgBt);
+  EXPECT_EQ(reasons.names()[reasons.fields()[index(Layer::color)].parts[0].from], "vision");
 }
 
 TEST(Trial, ParsesSequences) {
