@@ -177,6 +177,15 @@ template class NeuralField<float>;
 template class NeuralField<double>;
 
 template <class Real>
+Link<Real>::Pattern::Pattern(std::span<const Real> whole, Real factor, Real above) {
+  const auto active = [above](Real r) { return r != 0 && r >= above; };
+  const auto begin = std::ranges::find_if(whole, active);
+  const auto end = std::find_if(whole.rbegin(), whole.rend(), active).base();
+  first = static_cast<std::size_t>(begin - whole.begin());
+  for (auto r = begin; r < end; ++r) rate.push_back(active(*r) ? factor * *r : Real(0));
+}
+
+template <class Real>
 Link<Real>::Link(std::size_t targets, std::size_t sources, double dy, bool low_rank)
     : targets_(targets),
       sources_(sources),
@@ -198,11 +207,14 @@ template <class Real>
 void Link<Real>::transmit(std::span<const Real> source_rate, std::span<Real> input) const {
   Real* __restrict s = input.data();
   for (const Pair& pair : pairs_) {
+    const auto& [target, source] = pair;
     Real sum = 0;
-    for (std::size_t y = 0; y < sources_; ++y) sum += pair.source[y] * source_rate[y];
+    for (std::size_t y = 0; y < source.rate.size(); ++y) {
+      sum += source.rate[y] * source_rate[source.first + y];
+    }
     sum *= dy_;
-    const Real* __restrict target = pair.target.data();
-    for (std::size_t x = 0; x < targets_; ++x) s[x] += target[x] * sum;
+    for (std::size_t x = 0; x < target.rate.size(); ++x)
+      s[target.first + x] += target.rate[x] * sum;
   }
   for (std::size_t y = 0; y < spans_.size(); ++y) {
     const Real rate = source_rate[y] * dy_;
@@ -242,11 +254,8 @@ void Link<Real>::learn(std::span<const Real> target_rate, std::span<const Real> 
 template <class Real>
 void Link<Real>::install(std::span<const Real> target_rate, std::span<const Real> source_rate,
                          Real eta, Above above) {
-  const auto active = [](Real rate, Real least) { return rate < least ? Real(0) : rate; };
   if (low_rank_) {
-    Pair& pair = pairs_.emplace_back();
-    for (const Real r : target_rate) pair.target.push_back(eta * active(r, above.target));
-    for (const Real r : source_rate) pair.source.push_back(active(r, above.source));
+    pairs_.push_back({{target_rate, eta, above.target}, {source_rate, Real(1), above.source}});
     return;
   }
   for (std::size_t y = 0; y < sources_; ++y) {
@@ -263,7 +272,7 @@ template <class Real>
 Real Link<Real>::weight(std::size_t x, std::size_t y) const {
   if (!low_rank_) return weights_[y * targets_ + x];
   Real sum = 0;
-  for (const Pair& pair : pairs_) sum += pair.target[x] * pair.source[y];
+  for (const Pair& pair : pairs_) sum += pair.target.at(x) * pair.source.at(y);
   return sum;
 }
 

@@ -121,8 +121,16 @@ class Link {
   struct Span {
     std::size_t first, last;  // rows [first, last) may differ from zero
   };
+  struct Pattern {  // without the zeros around it
+    std::size_t first = 0;
+    std::vector<Real> rate;
+    Pattern(std::span<const Real> whole, Real factor, Real above);
+    Real at(std::size_t i) const {
+      return i >= first && i < first + rate.size() ? rate[i - first] : Real(0);
+    }
+  };
   struct Pair {  // the factors of eq. 2.4, η in the first
-    std::vector<Real> target, source;
+    Pattern target, source;
   };
   void widen(std::span<const Real> target_rate, std::size_t y, Real above);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "experiments/fields/situations.h"
+#include "nodes/cognition/test/wired.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -28,11 +29,7 @@ TEST(Robustness, DecisionsDependNeitherOnTheStepNorOnThePrecision) {
 }
 
 TEST(Robustness, DecisionsDoNotDependOnTheFormOfTheLinks) {
-  Architecture ladder = load_architecture();
-  for (LinkSpec& link : ladder.links) {
-    if (link.learns == "never") link.form = "low_rank";
-  }
-  expect_all<double>(ladder, "low rank");
+  expect_all<double>(wired(load_architecture()), "low rank");
 }
 
 TEST(Robustness, FiguresSurviveJitteredGains) {  // `mimesis reproduce fields-jitter` tries 100

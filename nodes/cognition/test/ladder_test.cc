@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/testing/no_malloc.h"
 #include "nodes/cognition/test/files.h"
+#include "nodes/cognition/test/wired.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -117,12 +118,7 @@ TEST(Ladder, PatternsAreTheEquilibriumOfEquation25) {
 }
 
 TEST(Ladder, BabblingEndsInEquation24) {  // of the fields alone, as if its pairs had been wired
-  Architecture wired = load_architecture();
-  wired.babbling.clear();
-  for (LinkSpec& link : wired.links) {
-    if (link.name() == "STSg->PF") link.pairs = {"PG>PG-AT", "FG>FG-BT", "FG>FG-AT", "PG>PG-BT"};
-  }
-  const Ladder<double> closed(wired), babbled(load_architecture());
+  const Ladder<double> closed(wired(load_architecture())), babbled(load_architecture());
   double worst = 0.0, largest = 0.0;
   for (std::size_t y = 0; y < 128; ++y) {
     for (std::size_t x = 0; x < 128; ++x) {

@@ -94,6 +94,26 @@ TEST(Link, LearningOneTargetLeavesTheOther) {  // same source: a goal that two s
   EXPECT_NEAR(link.weight(50, 30), kEta * 0.99 * 0.99, 0.01 * kEta);
 }
 
+TEST(Link, LowRankIsTheSameLink) {
+  const auto a = pattern(15), b = pattern(45), rate = pattern(30);
+  Link<double> dense(kN, kN, 0.5), factors(kN, kN, 0.5, true);
+  for (auto* link : {&dense, &factors}) {
+    link->install(a, b, kEta, {kLocal, kLocal});
+    link->install(b, a, 0.5 * kEta, {kLocal, kLocal});
+  }
+  std::vector<double> of_dense(kN), of_factors(kN);
+  dense.transmit(rate, of_dense);
+  factors.transmit(rate, of_factors);
+  for (std::size_t x = 0; x < kN; ++x) {
+    EXPECT_NEAR(of_factors[x], of_dense[x], 1e-13);
+    EXPECT_NEAR(factors.input_at(rate, x), of_dense[x], 1e-13);
+    for (std::size_t y = 0; y < kN; ++y) {
+      EXPECT_NEAR(factors.weight(x, y), dense.weight(x, y), 1e-15);
+    }
+  }
+  EXPECT_GT(of_dense[15], 0.01);
+}
+
 TEST(Link, TransmitsTheIntegral) {
   const auto target = pattern(20), source = pattern(40), rate = pattern(38);
   const double dy = 0.5;
