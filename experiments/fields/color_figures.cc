@@ -2,6 +2,7 @@
 
 #include "experiments/fields/figures.h"
 #include "experiments/fields/ladder_plots.h"
+#include "nodes/cognition/architecture_node.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -15,7 +16,7 @@ using PlotDir = std::optional<std::filesystem::path>;
 /// Both sequences practised with their colour: light objects to the high goal, dark ones to the low
 /// goal.
 Ladder<double> color_trained() {
-  Ladder<double> ladder({});
+  Ladder<double> ladder(load_architecture());
   rehearse(ladder, parse_sequence("precision,above,high,light"));
   rehearse(ladder, parse_sequence("full,below,low,dark"));
   return ladder;
@@ -23,7 +24,7 @@ Ladder<double> color_trained() {
 
 /// Both sequences practised, colour never seen.
 Ladder<double> color_blind() {
-  Ladder<double> ladder({});
+  Ladder<double> ladder(load_architecture());
   rehearse(ladder, parse_sequence("precision,above,high"));
   rehearse(ladder, parse_sequence("full,below,low"));
   return ladder;

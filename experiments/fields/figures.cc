@@ -10,6 +10,7 @@ std::vector<reproduce::Figure> figures() {
   add_color_figures(all);
   add_robustness_figures(all);
   add_prototype_figures(all);
+  add_sequence_figures(all);
   return all;
 }
 

@@ -5,7 +5,7 @@
 
 namespace mimesis::cognition {
 
-/// Figures of M18 chapter 2 that the neural fields show, without sequence learning (2.25 to 2.27).
+/// Figures of M18 chapter 2 that the neural fields show.
 /// M18 prints labels and orders only: times and activities beside ours are a prototype's.
 std::vector<reproduce::Figure> figures();
 
@@ -16,5 +16,7 @@ void add_inference_figures(std::vector<reproduce::Figure>& to);   // 2.20, 2.21,
 void add_color_figures(std::vector<reproduce::Figure>& to);       // 2.23, 2.24
 void add_robustness_figures(std::vector<reproduce::Figure>& to);  // fields-jitter, -sensitivity
 void add_prototype_figures(std::vector<reproduce::Figure>& to);   // fields-prototype
+void add_sequence_figures(
+    std::vector<reproduce::Figure>& to);  // 2.25, 2.26, 2.27, sequence-intervals
 
 }  // namespace mimesis::cognition

@@ -56,15 +56,14 @@ Report inference(const PlotDir& dir) {
   report.rows.push_back(holds("PG alone: decision PG, AT, high",
                               decides(mirror, Grip::precision, Transport::above, Goal::high),
                               goal()));
-  const TrialResult unready =
-      run_trial(ladder, {.shown = grip_only, .task = {.pf = 0.0, .pfc = 0.0}});
+  const TrialResult unready = run_trial(ladder, {.shown = grip_only, .task = kNoTask});
   bool only_sts = unready.site(Layer::sts_grip) == 1;
   for (const Layer layer : kAllLayers) {
     only_sts = only_sts && (layer == Layer::sts_grip || std::isnan(unready.onset(layer)));
   }
   report.rows.push_back(holds("control, no task input: nothing but STS becomes active", only_sts,
                               prototype("fields.md")));
-  Ladder<double> novice({});
+  Ladder<double> novice(load_architecture());
   const TrialResult untrained = run_trial(novice, {.shown = grip_only});
   report.rows.push_back(
       holds("control, never practised: no goal is inferred",
@@ -94,7 +93,7 @@ Report override_means(const PlotDir& dir) {
                                 0.0, "1", "the grip that was seen is never even begun"));
 
   Ladder<double> lesioned = practised<double>({}, Practice::lesioned);
-  const TaskInput no_habit{.pf = 0.0, .pfc = lesioned.params().task.pfc};
+  const TaskInput no_habit{.means = 0.0};
   const Recording lesion = record(lesioned, {.shown = shown, .task = no_habit});
   const Sites copied = {1, 0, kFgAt, 1, 0, 0, -1};
   report.rows.push_back(holds("lesion of PFC->PF: PF holds FG-AT, F5 copies FG and AT",
@@ -143,8 +142,8 @@ Report test_plan(const PlotDir& dir) {
             sites_of(run_trial(ladder, dialogue(full_below))) == Sites{1, -1, kFgBt, 1, 1, 0, -1},
             goal()));
   Ladder<double> cut = familiar();
-  cut.cut(Connection::f5_grip_pf);
-  cut.cut(Connection::f5_transport_pf);
+  cut.cut("F5g->PF");
+  cut.cut("F5t->PF");
   report.rows.push_back(holds("control, F5->PF cut: the test plan does not reach PF",
                               run_trial(cut, dialogue(full_above)).site(Layer::pf) == kPgAt,
                               goal()));

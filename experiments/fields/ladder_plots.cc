@@ -26,12 +26,18 @@ constexpr std::array<Place, kLayers> kPlaces = {
      {Layer::pfc, 0.75, 0.46, "PFC (goal)"},
      {Layer::color, 0.75, 0.02, "COL (colour cue)"}}};
 
-std::string tics(Layer layer, std::size_t neurons) {
+/// Neuron at a site.
+double middle_of(const Architecture& a, Layer layer, int site) {
+  const FieldSpec& field = a.fields[index(layer)];
+  return site_place(field, site).x / field.params.dx;
+}
+
+std::string tics(const Recording& r, Layer layer) {
   std::ostringstream out;
   out << "set xtics (";
   for (int s = 0; s < sites(layer); ++s) {
     out << (s > 0 ? ", " : "") << quoted(std::string(site_label(layer, s))) << ' '
-        << site_fraction(layer, s) * static_cast<double>(neurons);
+        << middle_of(r.architecture, layer, s);
   }
   out << ") scale 0.6\n";
   return out.str();
@@ -40,7 +46,7 @@ std::string tics(Layer layer, std::size_t neurons) {
 }  // namespace
 
 Recording record(Ladder<double>& ladder, const Trial& trial) {
-  Recording r;
+  Recording r{.architecture = ladder.architecture()};
   for (auto& layer : r.highest) layer.fill(-std::numeric_limits<double>::infinity());
   r.result = run_trial(ladder, trial, [&](double t_s) {
     r.time_s.push_back(t_s);
@@ -49,7 +55,7 @@ Recording record(Ladder<double>& ladder, const Trial& trial) {
       r.max_u[index(layer)].push_back(std::ranges::max(u));
       for (int s = 0; s < sites(layer); ++s) {
         const auto n = static_cast<double>(u.size());
-        const auto middle = static_cast<std::size_t>(site_fraction(layer, s) * n);
+        const auto middle = static_cast<std::size_t>(middle_of(r.architecture, layer, s));
         const auto reach = static_cast<std::size_t>(0.25 * n / sites(layer));
         auto& top = r.highest[index(layer)][static_cast<std::size_t>(s)];
         for (std::size_t i = middle - reach; i <= middle + reach; ++i) top = std::max(top, u[i]);
@@ -78,7 +84,7 @@ void plot_snapshot(const std::filesystem::path& png, const std::string& title, c
     const bool active = r.result.peaks[index(place.layer)].count > 0;
     script << "set origin " << place.x << ',' << place.y << "\nset title " << quoted(place.title)
            << " offset 0,-0.6\nset xrange [0:" << u.size() - 1 << "]\n"
-           << tics(place.layer, u.size()) << "set ytics -5,5,15\n"
+           << tics(r, place.layer) << "set ytics -5,5,15\n"
            << (place.x == 0.0 ? "set ylabel 'u(x)' offset 1,0\n" : "unset ylabel\n")
            << "plot 0 lt 7 dt 2 notitle, $" << d.name
            << " using 1:($2>0?$2:0) with filledcurves y1=0 lt " << (active ? 2 : 1) << ", $"

@@ -2,7 +2,6 @@
 #include <array>
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "common/plot/gnuplot.h"
@@ -10,29 +9,16 @@
 
 namespace mimesis::cognition {
 
-/// Label of a site as in the dissertation's figures.
-constexpr std::string_view site_label(Layer layer, int site) {
-  constexpr std::array<std::string_view, 4> kPf = {"PG-AT", "FG-BT", "FG-AT", "PG-BT"};
-  constexpr std::array<std::array<std::string_view, 2>, kLayers> kTwo = {{{"PG", "FG"},
-                                                                          {"AT", "BT"},
-                                                                          {"", ""},
-                                                                          {"PG", "FG"},
-                                                                          {"AT", "BT"},
-                                                                          {"high", "low"},
-                                                                          {"light", "dark"}}};
-  const auto i = static_cast<std::size_t>(site);
-  return layer == Layer::pf ? kPf[i] : kTwo[index(layer)][i];
-}
-
 /// The course of a trial: the final activity of all fields, and max u over time.
 struct Recording {
-  TrialResult result;
-  std::array<std::vector<double>, kLayers> final_u;
-  std::vector<double> time_s;
-  std::array<std::vector<double>, kLayers> max_u;
+  Architecture architecture;
+  TrialResult result{};
+  std::array<std::vector<double>, kLayers> final_u{};
+  std::vector<double> time_s{};
+  std::array<std::vector<double>, kLayers> max_u{};
 
   /// Largest u near one site (within a quarter of the distance of sites), over the whole trial.
-  std::array<std::array<double, 4>, kLayers> highest;
+  std::array<std::array<double, 4>, kLayers> highest{};
   double highest_at(Layer layer, int site) const {
     return highest[index(layer)][static_cast<std::size_t>(site)];
   }

@@ -1,5 +1,6 @@
 #include "experiments/fields/figures.h"
 #include "experiments/fields/ladder_plots.h"
+#include "nodes/cognition/architecture_node.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -9,27 +10,11 @@ using reproduce::prototype;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-/// Constants of the prototype: another set that shows figs. 2.17 to 2.21, with less margin.
-LadderParams prototype_constants() {
-  LadderParams p;
-  p.sts_tau_s = 0.03;
-  p.pf_tau_s = p.pfc_tau_s = 0.02;
-  p.gain = {.sts_to_pf = 1.3524804441964529,
-            .pf_to_pfc = 2.036942294512025,
-            .pfc_to_pf = 3.061595294290408,
-            .f5_to_pf = 0.0};
-  p.vision.sts = 3.339890871576646;
-  p.vision.pfc = 2.7001747339679403;
-  p.task = {.pf = 1.4629668328708365, .pfc = 0.7369377837296097};
-  p.learning.local_above = -1.5;
-  return p;
-}
-
 /// Our ladder takes the decisions at the times that an independent program measured.
 Report times(const PlotDir&) {
   constexpr double kTolerance_ms = 3.0;  // times are counted at the end of a step here
   Report report;
-  const LadderParams p = prototype_constants();
+  const Architecture p = load_architecture("prototype_ladder.yaml");
   const auto row = [&](const std::string& what, double onset_s, double reference_ms) {
     report.rows.push_back(
         near(what, 1000 * onset_s, prototype(reference_ms, "fields.md"), kTolerance_ms, "ms"));
@@ -37,13 +22,12 @@ Report times(const PlotDir&) {
   Ladder<double> ladder(p);
   rehearse(ladder, parse_sequence("precision,above,high"));
   rehearse(ladder, parse_sequence("full,below,low"));
-  const TrialResult grip = run_trial(ladder, {.shown = {.grip = Grip::full}, .task = p.task});
+  const TrialResult grip = run_trial(ladder, {.shown = {.grip = Grip::full}});
   row("2.20: PF decides for FG-BT", grip.onset(Layer::pf), 99);
   row("2.20: F5 decides for FG", grip.onset(Layer::f5_grip), 114);
   row("2.20: F5 decides for BT", grip.onset(Layer::f5_transport), 126);
   row("2.20: PFC infers the low goal", grip.onset(Layer::pfc), 151);
-  const Recording over =
-      record(ladder, {.shown = parse_sequence("full,above,high"), .task = p.task});
+  const Recording over = record(ladder, {.shown = parse_sequence("full,above,high")});
   row("2.21: PFC decides for the high goal", over.result.onset(Layer::pfc), 24);
   row("2.21: PF decides for PG-AT", over.result.onset(Layer::pf), 40);
   row("2.21: STS holds the full grip", over.result.onset(Layer::sts_grip), 49);
@@ -52,14 +36,14 @@ Report times(const PlotDir&) {
                              "1"));
   Ladder<double> both(p);
   for (int s = 0; s < 2; ++s) {
-    both.install(Connection::pf_pfc, s, s);
-    both.install(Connection::pfc_pf, s, s);
+    both.install("PF->PFC", s, s);
+    both.install("PFC->PF", s, s);
   }
-  both.install(Connection::pfc_pf, 0, kFgBt, 0.2);
+  both.install("PFC->PF", 0, kFgBt, 0.2);
   for (const auto& [factor, pfc_ms] :
        {std::pair{1.0, 25}, {0.75, 30}, {0.5, 36}, {0.25, 43}, {0.1, 49}, {0.0, 54}}) {
-    const TrialResult r = run_trial(both, {.shown = parse_sequence("full,below,high"),
-                                           .task = {.pf = 0.0, .pfc = factor * p.task.pfc}});
+    const TrialResult r = run_trial(
+        both, {.shown = parse_sequence("full,below,high"), .task = {.means = 0.0, .goal = factor}});
     row("2.19: goal decided, task input x " + std::to_string(factor).substr(0, 4),
         r.onset(Layer::pfc), pfc_ms);
   }

@@ -22,7 +22,7 @@ Report jitter(const PlotDir&) {
   Report report;
   for (const auto& [spread, least] : {std::pair{0.05, 100.0}, {0.1, 90.0}}) {
     std::map<std::string, int> kept;
-    for (const Situation& s : situations({})) kept[s.figure] = 0;
+    for (const Situation& s : situations()) kept[s.figure] = 0;
     kept["all"] = 0;
     for (unsigned seed = 1; seed <= kSets; ++seed) {
       Constants constants;
@@ -98,7 +98,7 @@ Decision decide(Imitator& robot, Demonstration shown, const View& view) {
 /// What a node with the default practice decides, with each symbol changed or removed.
 Report sensitivity(const PlotDir&) {
   Report report;
-  Imitator robot({});
+  Imitator robot({}, load_architecture());
   for (std::size_t v = 0; v < kViews.size(); ++v) {
     std::array<Demonstration, 8> demonstrations;
     std::array<Decision, 8> decisions;

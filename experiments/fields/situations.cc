@@ -17,13 +17,31 @@ double normal(std::mt19937& random) {
 
 }  // namespace
 
-std::vector<double*> Constants::gains() {
-  auto& gain = ladder.gain;
-  auto& vision = ladder.vision;
-  auto& task = ladder.task;
-  return {&gain.sts_to_pf, &gain.sts_to_f5, &gain.pf_to_f5, &gain.f5_to_pf, &gain.pf_to_pfc,
-          &gain.pfc_to_pf, &gain.color,     &vision.sts,    &vision.pfc,    &vision.color,
-          &task.pf,        &task.pfc,       &ladder.plan,   &weak};
+std::vector<std::vector<double*>> Constants::gains() {
+  const auto links = [this](std::initializer_list<const char*> names) {
+    std::vector<double*> all;
+    for (const char* name : names) all.push_back(&ladder.gain(name));
+    return all;
+  };
+  const auto input = [this](const char* name, std::initializer_list<const char*> fields) {
+    std::vector<double*> all;
+    for (const char* field : fields) all.push_back(&ladder.input_gain(name, field));
+    return all;
+  };
+  return {links({"STSg->PF", "STSt->PF"}),
+          links({"STSg->F5g", "STSt->F5t"}),
+          links({"PF->F5g", "PF->F5t"}),
+          links({"F5g->PF", "F5t->PF"}),
+          links({"PF->PFC"}),
+          links({"PFC->PF"}),
+          links({"COL->PFC", "PFC->COL"}),
+          input("vision", {"STSg", "STSt"}),
+          input("vision", {"PFC"}),
+          input("vision", {"COL"}),
+          input("task", {"PF"}),
+          input("task", {"PFC"}),
+          input("plan", {"F5g", "F5t"}),
+          {&weak}};
 }
 
 template <class Real>
@@ -34,9 +52,9 @@ Ladder<Real> practised(const Constants& constants, Practice practice) {
   rehearse(ladder, parse_sequence(colors ? "precision,above,high,light" : "precision,above,high"));
   rehearse(ladder, parse_sequence(colors ? "full,below,low,dark" : "full,below,low"));
   if (practice == Practice::both_means) {
-    ladder.install(Connection::pfc_pf, 0, kFgBt, constants.weak);
+    ladder.install("PFC->PF", 0, kFgBt, constants.weak);
   }
-  if (practice == Practice::lesioned) ladder.cut(Connection::pfc_pf);
+  if (practice == Practice::lesioned) ladder.cut("PFC->PF");
   return ladder;
 }
 
@@ -49,9 +67,8 @@ Sites sites_of(const TrialResult& result) {
   return sites;
 }
 
-std::vector<Situation> situations(const LadderParams& params) {
-  const TaskInput task = params.task, unready{.pf = 0.0, .pfc = 0.0};
-  const TaskInput no_habit{.pf = 0.0, .pfc = task.pfc}, no_expectation{.pf = task.pf, .pfc = 0.0};
+std::vector<Situation> situations() {
+  constexpr TaskInput task, no_habit{.means = 0.0}, no_expectation{.goal = 0.0};
   const Demonstration full{.grip = Grip::full};
   const Demonstration full_above{.grip = Grip::full, .transport = Transport::above};
   const auto copied = [&](const char* sequence) {
@@ -103,7 +120,7 @@ std::vector<Situation> situations(const LadderParams& params) {
   all.push_back({"2.20",
                  "FG alone, no expectation: nothing",
                  familiar,
-                 {.shown = full, .task = unready},
+                 {.shown = full, .task = kNoTask},
                  {1, -1, -1, -1, -1, -1, -1}});
   all.push_back({"2.21",
                  "FG, AT, high: PG instead",
@@ -144,7 +161,7 @@ std::vector<Situation> situations(const LadderParams& params) {
 
 Trial dialogue(const Demonstration& planned) {
   return {.shown = {.grip = Grip::full},
-          .task = {.pf = 0.0, .pfc = 0.0},
+          .task = kNoTask,
           .duration_s = 2.8,
           .later = {{.at_s = kPlanned_s, .planned = planned},
                     {.at_s = kPlaced_s, .shown = {.goal = Goal::high}}}};
@@ -155,7 +172,7 @@ std::vector<std::string> figures_that_hold(const Constants& constants) {
   std::map<Practice, Ladder<Real>> ladders;
   std::map<std::string, bool> held;
   bool all = true;
-  for (const Situation& s : situations(constants.ladder)) {
+  for (const Situation& s : situations()) {
     if (!ladders.contains(s.practice)) {
       ladders.emplace(s.practice, practised<Real>(constants, s.practice));
     }
@@ -173,7 +190,10 @@ std::vector<std::string> figures_that_hold(const Constants& constants) {
 
 Constants jittered(Constants constants, unsigned seed, double spread) {
   std::mt19937 random(seed);
-  for (double* gain : constants.gains()) *gain *= 1.0 + spread * normal(random);
+  for (const auto& kind : constants.gains()) {
+    const double factor = 1.0 + spread * normal(random);
+    for (double* gain : kind) *gain *= factor;
+  }
   return constants;
 }
 

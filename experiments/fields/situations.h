@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/cognition/architecture_node.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -28,13 +29,13 @@ struct Situation {
   Sites expected;
 };
 
-/// Constants of the ladder, and of fig. 2.19's link to the strategy that is not preferred.
+/// The shipped ladder, and fig. 2.19's link to the strategy that is not preferred.
 struct Constants {
-  LadderParams ladder{};
+  Architecture ladder = load_architecture();
   double weak = 0.1;  ///< relative to a link that was learned completely [1]
 
-  /// All but those of the fields themselves.
-  std::vector<double*> gains();
+  /// All but those of the fields themselves; gains of one kind vary together.
+  std::vector<std::vector<double*>> gains();
 };
 
 template <class Real>
@@ -48,7 +49,7 @@ inline constexpr double kPlanned_s = 0.3, kPlaced_s = 0.8;
 Trial dialogue(const Demonstration& planned);
 
 /// All decisions of M18 figs. 2.17 to 2.24, and the controls that must stay silent.
-std::vector<Situation> situations(const LadderParams& params);
+std::vector<Situation> situations();
 
 /// Figures of `all` that hold for these constants, each once, with "all" if all do.
 template <class Real>

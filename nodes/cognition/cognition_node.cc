@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "nodes/cognition/links_node.h"
 
@@ -54,12 +55,18 @@ std::string text(const Symbols& s) {
                      kTransport[static_cast<int>(s.transport)], kGoal[static_cast<int>(s.goal)]);
 }
 
-long whole_steps(const CognitionParams& p) {
-  const double steps = 1.0 / (p.rate_hz * p.imitator.ladder.dt_s);
+template <class Symbols>
+bool matches(const v1::TaskStatus& task, const Symbols& s) {
+  return static_cast<Grip>(task.grip()) == s.grip &&
+         static_cast<Transport>(task.transport()) == s.transport &&
+         static_cast<Goal>(task.goal()) == s.goal;
+}
+
+long whole_steps(const CognitionParams& p, double dt_s) {
+  const double steps = 1.0 / (p.rate_hz * dt_s);
   if (std::abs(steps - std::round(steps)) > 1e-6 || steps < 0.5) {
-    throw ConfigError(
-        fmt::format("cognition.rate_hz: the period 1/{} s is no multiple of dt_s = {}", p.rate_hz,
-                    p.imitator.ladder.dt_s));
+    throw ConfigError(fmt::format(
+        "cognition.rate_hz: the period 1/{} s is no multiple of dt_s = {}", p.rate_hz, dt_s));
   }
   return std::lround(steps);
 }
@@ -72,24 +79,30 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
       task_(bus, "task"),
       decision_(bus, "decision"),
       fields_(bus, "fields"),
+      test_plan_(bus, "test_plan", {.optional = true}),
+      proposal_(bus, "proposal"),
+      outcome_(bus, "outcome", {.latched = true}),
+      explanation_(bus, "explanation"),
       ports_end_(bus),
-      period_s_(static_cast<double>(whole_steps(params)) * params.imitator.ladder.dt_s),
+      imitator_(
+          params.imitator, load_architecture(params.architecture),
+          params.links.empty() ? std::function<void(Ladder<float>&)>{}
+                               : [&](Ladder<float>& l) { load_links(params.links, l); }),
+      period_s_(static_cast<double>(whole_steps(params, dt_s())) * dt_s()),
       fields_every_(params.fields_hz > 0.0
                         ? std::max(1L, std::lround(params.rate_hz / params.fields_hz))
                         : 0),
-      imitator_(
-          params.imitator, params.links.empty()
-                               ? std::function<void(Ladder<float>&)>{}
-                               : [&](Ladder<float>& l) { load_links(params.links, l); }) {
+      saving_(bus),
+      replaying_(bus.outside().replaying()) {
   for (const std::string& sequence : imitator_.refused()) {
     runtime::warn(
         "practice '{}': the robot settles on something it learned before; nothing learned",
         sequence);
   }
-  for (const Layer layer : kAllLayers) {
+  for (const FieldSpec& spec : imitator_.ladder().architecture().fields) {
     v1::Field* field = activity_.add_fields();
-    field->set_name(std::string(layer_name(layer)));
-    field->mutable_u()->Resize(params.imitator.ladder.field.neurons, 0.0F);
+    field->set_name(spec.name);
+    field->mutable_u()->Resize(spec.params.neurons * spec.params.rows, 0.0F);
   }
 }
 
@@ -97,6 +110,8 @@ void CognitionNode::step(Time now) {
   watch(now);
   imitator_.advance(period_s_, succeeded(now));
   tell_changes(now);
+  ask_for_a_test_plan(now);
+  report_indecision(now);
   save_what_was_learned();
   publish_decision(now);
   if (fields_every_ > 0 && tick_ % fields_every_ == 0) publish_fields(now);
@@ -118,6 +133,9 @@ void CognitionNode::tell_changes(Time now) {
   stage_ = imitator_.stage();
   plan_seen_ = failure_told_ = false;
   decided_ = imitator_.decided() ? now : Time{};
+  entered_ = now;
+  reported_ = false;
+  if (imitator_.decided() || stage_ == Imitator::Stage::undecided) explain(now);
   if (imitator_.decided()) {
     runtime::info("decided: {} (seen: {})", text(imitator_.decision()), text(imitator_.shown()));
   } else if (stage_ == Imitator::Stage::undecided) {
@@ -125,16 +143,17 @@ void CognitionNode::tell_changes(Time now) {
   }
 }
 
+/// The file is written beside the steps: a slow disk delays no decision.
 void CognitionNode::save_what_was_learned() {
   const bool learned = imitator_.learned();
-  if (learned && !saved_ && !params_.save_links.empty()) {
-    try {
-      save_links(params_.save_links, imitator_.ladder());
-    } catch (const std::runtime_error& e) {
-      runtime::warn("{}", e.what());
-    }
+  if (learned && !saved_ && !params_.save_links.empty() && !saving_.running()) {
+    saving_.start(
+        [path = params_.save_links, text = links_text(imitator_.ladder()), replaying = replaying_] {
+          return replaying ? std::string() : save_links(path, text);
+        });
   }
   saved_ = learned;
+  if (const auto fault = saving_.take(); fault && !fault->empty()) runtime::warn("{}", *fault);
 }
 
 /// Reinforcement [M18 eq. 2.3]: the planner has a plan for this decision, not for an earlier one.
@@ -142,11 +161,7 @@ bool CognitionNode::succeeded(Time now) {
   const v1::TaskStatus* task = task_.fresh(now, runtime::from_seconds(params_.task_stale_s));
   if (task == nullptr || !imitator_.decided() || task_.stamp() < decided_) return false;
   const Decision& d = imitator_.decision();
-  if (static_cast<Grip>(task->grip()) != d.grip ||
-      static_cast<Transport>(task->transport()) != d.transport ||
-      static_cast<Goal>(task->goal()) != d.goal) {
-    return false;
-  }
+  if (!matches(*task, d)) return false;
   if (task->state() == v1::TASK_STATE_FAILED && !failure_told_) {
     runtime::warn("planning failed for {} ({}); the links stay as they are", text(d),
                   task->reason());
@@ -161,23 +176,96 @@ bool CognitionNode::succeeded(Time now) {
   return under_way && task->plan_succeeded();
 }
 
-void CognitionNode::publish_decision(Time now) {
+/// The rehearsal: another planner, whose arm does not move, is asked before the decision falls
+/// [M18 fig. 2.22].
+void CognitionNode::ask_for_a_test_plan(Time now) {
+  const v1::TaskStatus* answer = test_plan_.fresh(now, runtime::from_seconds(params_.task_stale_s));
+  if (proposed_ != nullptr && answer != nullptr && test_plan_.stamp() > asked_ &&
+      matches(*answer, *proposed_) &&
+      (answer->plan_succeeded() || answer->state() == v1::TASK_STATE_FAILED)) {
+    runtime::info("test plan for {}: {}", text(*proposed_),
+                  answer->plan_succeeded() ? "found" : answer->reason());
+    imitator_.answer(answer->plan_succeeded());
+  }
+  const Demonstration* proposal = imitator_.proposal();
+  if (proposal != proposed_) asked_ = now;
+  proposed_ = proposal;
+  if (proposal == nullptr) return;
+  v1::Decision message;
+  to_proto({.grip = proposal->grip,
+            .transport = proposal->transport,
+            .goal = proposal->goal,
+            .color = Color::unknown,
+            .settled = true},
+           message);
+  message.set_decided_ns(static_cast<std::uint64_t>(asked_.count()));
+  proposal_.send(message, now);
+}
+
+/// A run that waits for a verdict shall end with the reason why none will come. The teacher may
+/// still go on: that is given the same patience as before.
+void CognitionNode::report_indecision(Time now) {
+  if (stage_ != Imitator::Stage::undecided || reported_ ||
+      now - entered_ < runtime::from_seconds(params_.imitator.patience_s)) {
+    return;
+  }
+  reported_ = true;
+  v1::TrialOutcome outcome;
+  outcome.set_placement_error_m(-1.0);
+  outcome.set_reason("no decision: " + imitator_.reason());
+  outcome_.send(outcome, now);
+}
+
+v1::Decision CognitionNode::decision_message() const {
   v1::Decision message;
   to_proto(imitator_.decision(), message);
   message.set_decided_ns(static_cast<std::uint64_t>(decided_.count()));
   message.set_learning(imitator_.learning());
   message.set_learned(imitator_.learned());
   message.set_reason(imitator_.reason());
+  return message;
+}
+
+void CognitionNode::publish_decision(Time now) {
+  v1::Decision message = decision_message();
   message.set_sight_lost(params_.sight_s > 0.0 && observation_.get() != nullptr &&
                          observation_.fresh(now, runtime::from_seconds(params_.sight_s)) ==
                              nullptr);
   decision_.send(message, now);
 }
 
+void CognitionNode::explain(Time now) {
+  const Reasons& reasons = imitator_.reasons();
+  const auto& specs = imitator_.ladder().architecture().fields;
+  std::vector<std::size_t> order;
+  for (std::size_t f = 0; f < specs.size(); ++f) {
+    if (reasons.fields()[f].onset_s >= 0.0) order.push_back(f);
+  }
+  std::ranges::stable_sort(order, {}, [&](std::size_t f) { return reasons.fields()[f].onset_s; });
+  v1::Explanation message;
+  *message.mutable_decision() = decision_message();
+  message.set_deciding_s(imitator_.deciding_s());
+  message.set_confidence(reasons.confidence());
+  for (const std::size_t f : order) {
+    const Reason& reason = reasons.fields()[f];
+    v1::FieldReason& field = *message.add_fields();
+    field.set_field(specs[f].name);
+    if (reason.site >= 0) field.set_site(specs[f].sites[static_cast<std::size_t>(reason.site)]);
+    field.set_onset_s(reason.onset_s);
+    field.set_lead(reason.lead);
+    for (const Reason::Part& part : reason.parts) {
+      v1::Influence& influence = *field.add_influences();
+      influence.set_from(reasons.names()[part.from]);
+      influence.set_input(part.input);
+    }
+  }
+  explanation_.send(message, now);
+}
+
 void CognitionNode::publish_fields(Time now) {
-  for (const Layer layer : kAllLayers) {
-    const auto u = imitator_.ladder().field(layer).activity();
-    std::ranges::copy(u, activity_.mutable_fields(static_cast<int>(layer))->mutable_u()->begin());
+  for (int i = 0; i < activity_.fields_size(); ++i) {
+    const auto u = imitator_.ladder().field(static_cast<std::size_t>(i)).activity();
+    std::ranges::copy(u, activity_.mutable_fields(i)->mutable_u()->begin());
   }
   fields_.send(activity_, now);
 }

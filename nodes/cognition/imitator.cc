@@ -1,31 +1,13 @@
 #include "nodes/cognition/imitator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/error.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
-
-template <class Real>
-Peaks read_peaks(const Ladder<Real>& ladder, Layer layer) {
-  const auto u = ladder.field(layer).activity();
-  Peaks peaks;
-  bool inside = false;
-  std::size_t top = 0;
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    if (u[i] > 0 && !inside) ++peaks.count;
-    inside = u[i] > 0;
-    if (u[i] > u[top]) top = i;
-  }
-  peaks.max_u = static_cast<double>(u[top]);
-  if (peaks.count > 0) {
-    peaks.site = std::min(static_cast<int>(top * static_cast<std::size_t>(sites(layer)) / u.size()),
-                          sites(layer) - 1);
-  }
-  return peaks;
-}
 
 template <class Real>
 Decision read_decision(const Ladder<Real>& ladder) {
@@ -58,14 +40,19 @@ std::string indecision(const Ladder<Real>& ladder) {
   return read_decision(ladder).settled ? "" : "the fields do not come to rest";
 }
 
-template Peaks read_peaks(const Ladder<float>&, Layer);
-template Peaks read_peaks(const Ladder<double>&, Layer);
 template Decision read_decision(const Ladder<float>&);
 template Decision read_decision(const Ladder<double>&);
 template std::string indecision(const Ladder<float>&);
 template std::string indecision(const Ladder<double>&);
 
 namespace {
+
+constexpr double kInhibition = 6.0;  // more than all inputs of a site together
+
+int pf_site(Grip grip, Transport transport) {
+  const bool full = grip == Grip::full, below = transport == Transport::below;
+  return full ? (below ? kFgBt : kFgAt) : (below ? kPgBt : kPgAt);
+}
 
 bool same_symbols(const Demonstration& a, const Demonstration& b) {
   return a.grip == b.grip && a.transport == b.transport && a.goal == b.goal && a.color == b.color;
@@ -81,16 +68,20 @@ Demonstration practice_sequence(const std::string& text, std::size_t i) {
 
 }  // namespace
 
-Imitator::Imitator(const ImitatorParams& params, const std::function<void(Ladder<float>&)>& recall)
-    : params_(params), ladder_(params.ladder), task_(task_stimulus(params.ladder.task)) {
-  if (recall) {
-    recall(ladder_);
-    return;
-  }
-  for (std::size_t i = 0; i < params_.practice.size(); ++i) {
+Imitator::Imitator(const ImitatorParams& params, const Architecture& architecture,
+                   const std::function<void(Ladder<float>&)>& recall)
+    : params_(params),
+      ladder_(imitating(architecture)),
+      reasons_(ladder_),
+      task_(task_stimulus(architecture)),
+      shown_(task_),
+      planned_(task_) {
+  if (recall) recall(ladder_);
+  for (std::size_t i = 0; !recall && i < params_.practice.size(); ++i) {
     const std::string& sequence = params_.practice[i];
     if (!rehearse(ladder_, practice_sequence(sequence, i))) refused_.push_back(sequence);
   }
+  ladder_.check_rest();
 }
 
 void Imitator::observe(const Demonstration& seen, bool complete, double period_s) {
@@ -98,45 +89,100 @@ void Imitator::observe(const Demonstration& seen, bool complete, double period_s
     if (stage_ == Stage::waiting) return;
     ladder_.reset();
     stage_ = Stage::waiting;
-    task_ = task_stimulus(params_.ladder.task);
+    task_ = task_stimulus(ladder_.architecture());
     seen_ = {};
     decision_ = {};
     deciding_s_ = unchanged_s_ = 0.0;
-    window_left_ = reward_left_ = 0;
+    plan_left_ = window_left_ = reward_left_ = 0;
     refusals_ = 0;
     reason_.clear();
     return;
   }
-  if (stage_ == Stage::deciding || stage_ == Stage::decided) return;
+  if (stage_ == Stage::considering || stage_ == Stage::deciding || stage_ == Stage::decided) return;
   const bool new_symbol = !same_symbols(seen, seen_);
   if (stage_ == Stage::undecided && !new_symbol) return;
   stage_ = Stage::watching;
   reason_.clear();
   unchanged_s_ = new_symbol ? 0.0 : unchanged_s_ + period_s;
   seen_ = seen;
-  if (complete || unchanged_s_ >= params_.patience_s) present();
+  if (!complete && unchanged_s_ < params_.patience_s) return;
+  if (params_.rehearse && seen_.grip != Grip::unknown) return consider();
+  present();
+}
+
+// The combinations with the grip that was seen, those with all that was seen first.
+void Imitator::consider() {
+  proposals_.clear();
+  const auto either = [](auto seen, auto first, auto second) {
+    return seen == second ? std::array{second, first} : std::array{first, second};
+  };
+  for (const Transport t : either(seen_.transport, Transport::above, Transport::below)) {
+    for (const Goal g : either(seen_.goal, Goal::high, Goal::low)) {
+      if (seen_.goal == Goal::unknown || g == seen_.goal) {
+        proposals_.push_back({.grip = seen_.grip, .transport = t, .goal = g});
+      }
+    }
+  }
+  proposal_ = 0;
+  considering_s_ = 0.0;
+  task_ = task_stimulus(ladder_.architecture(), kNoTask);
+  begin_anew();
+  drive_with({.grip = seen_.grip, .grip_confidence = seen_.grip_confidence});
+  stage_ = Stage::considering;
+}
+
+void Imitator::answer(bool feasible) {
+  constexpr double kPlan_s = 0.5;  // until PF has decided
+  if (stage_ != Stage::considering) return;
+  const Demonstration asked = proposals_[proposal_];
+  if (!feasible) {
+    double& failed = task_.at(Layer::pf, pf_site(asked.grip, asked.transport));
+    // With an unknown goal a combination has failed when it fails for both.
+    const bool again =
+        proposal_ + 1 < proposals_.size() && proposals_[proposal_ + 1].transport == asked.transport;
+    if (!again) failed -= kInhibition;
+    considering_s_ = 0.0;
+    if (++proposal_ < proposals_.size()) return;
+  }
+  planned_ = task_;
+  if (feasible) add_plan(ladder_.architecture(), asked, planned_);
+  plan_left_ = steps(feasible ? kPlan_s : 0.0);
+  drive_with(seen_);
+  stage_ = Stage::deciding;
+}
+
+void Imitator::begin_anew() {
+  ladder_.reset();
+  reasons_.reset();
+  onset_s_ = 0.0;
 }
 
 void Imitator::present() {
-  ladder_.reset();
+  begin_anew();
+  drive_with(seen_);
+  stage_ = Stage::deciding;
+}
+
+void Imitator::drive_with(const Demonstration& seen) {
   shown_ = task_;
-  add_vision(params_.ladder.vision, seen_, shown_);
-  window_left_ = std::lround(params_.ladder.vision.window_s / params_.ladder.dt_s);
+  add_vision(ladder_.architecture(), seen, shown_);
+  window_left_ = steps(ladder_.architecture().input_window_s);
   reward_left_ = 0;
   deciding_s_ = 0.0;
   decision_ = {};
-  stage_ = Stage::deciding;
+}
+
+long Imitator::steps(double duration_s) const {
+  return std::lround(duration_s / ladder_.architecture().dt_s);
 }
 
 void Imitator::refuse() {
   if (!decided()) return;
-  constexpr double kInhibition = 6.0;  // more than all inputs of a site together
   const int means = read_peaks(ladder_, Layer::pf).site,
             goal = read_peaks(ladder_, Layer::pfc).site;
   if (++refusals_ > params_.alternatives) return give_up("no plan, and no alternative is left");
   // What is expected has failed: the habit [M18 2.2.2] no longer speaks for any means.
-  task_ = task_stimulus(
-      {.pf = refusals_ == 1 ? 0.0 : params_.ladder.task.pf, .pfc = params_.ladder.task.pfc});
+  task_ = task_stimulus(ladder_.architecture(), {.means = refusals_ == 1 ? 0.0 : 1.0});
   if (refusals_ == 1 && means >= 0) task_.at(Layer::pf, means) -= kInhibition;
   if (refusals_ > 1 && goal >= 0) task_.at(Layer::pfc, goal) -= kInhibition;
   present();
@@ -150,21 +196,33 @@ void Imitator::give_up(std::string reason) {
 
 void Imitator::advance(double period_s, bool success) {
   learning_ = false;
-  for (long i = std::lround(period_s / params_.ladder.dt_s); i > 0; --i) {
+  for (long i = steps(period_s); i > 0; --i) {
     const bool reward = decided() && success && reward_left_ > 0;
-    ladder_.step(window_left_ > 0 ? shown_ : task_, reward);
-    window_left_ -= window_left_ > 0 ? 1 : 0;
+    const Stimulus& stimulus = plan_left_ > 0 ? planned_ : window_left_ > 0 ? shown_ : task_;
+    ladder_.step(stimulus, reward);
+    if (stage_ == Stage::considering || stage_ == Stage::deciding) {
+      onset_s_ += ladder_.architecture().dt_s;
+      reasons_.observe(ladder_, task_, stimulus, plan_left_ > 0 ? "plan" : "vision", onset_s_);
+    }
+    (plan_left_ > 0 ? plan_left_ : window_left_) -= plan_left_ > 0 || window_left_ > 0 ? 1 : 0;
     reward_left_ -= reward ? 1 : 0;
     learning_ = learning_ || reward;
+  }
+  if (stage_ == Stage::considering) {
+    considering_s_ += period_s;
+    if (considering_s_ >= params_.rehearsal_s) {  // no answer: as if it had not asked
+      task_ = task_stimulus(ladder_.architecture());
+      present();
+    }
   }
   if (stage_ != Stage::deciding) return;
   deciding_s_ += period_s;
   decision_ = read_decision(ladder_);
-  decision_.settled =
-      decision_.settled && window_left_ == 0;  // held by the fields, not by the input
+  decision_.settled =  // held by the fields, not by the input
+      decision_.settled && plan_left_ == 0 && window_left_ == 0;
   if (decision_.settled) {
     stage_ = Stage::decided;
-    reward_left_ = std::lround(params_.ladder.learning.window_s / params_.ladder.dt_s);
+    reward_left_ = steps(ladder_.architecture().learning.window_s);
   } else if (deciding_s_ >= params_.indecision_s && window_left_ == 0) {
     give_up(indecision(ladder_) + (refusals_ > 0 ? "; what was decided first has no plan" : ""));
   }

@@ -4,20 +4,10 @@
 #include <vector>
 
 #include "nodes/cognition/ladder.h"
+#include "nodes/cognition/reasons.h"
 #include "nodes/cognition/symbols.h"
 
 namespace mimesis::cognition {
-
-/// Suprathreshold activity of one field. A peak is a run of neighbours with u > 0 = u_TH
-/// [M18 2.2.2].
-struct Peaks {
-  int count = 0;
-  int site = -1;       ///< nearest to the most active neuron; -1 without a peak
-  double max_u = 0.0;  ///< maximum of the whole field [1]
-};
-
-template <class Real>
-Peaks read_peaks(const Ladder<Real>& ladder, Layer layer);
 
 /// Decisions of the ladder: means from F5, goal from PFC, colour from COL.
 struct Decision {
@@ -40,15 +30,12 @@ Decision read_decision(const Ladder<Real>& ladder);
 template <class Real>
 std::string indecision(const Ladder<Real>& ladder);
 
-extern template Peaks read_peaks(const Ladder<float>&, Layer);
-extern template Peaks read_peaks(const Ladder<double>&, Layer);
 extern template Decision read_decision(const Ladder<float>&);
 extern template Decision read_decision(const Ladder<double>&);
 extern template std::string indecision(const Ladder<float>&);
 extern template std::string indecision(const Ladder<double>&);
 
 struct ImitatorParams {
-  LadderParams ladder{};
   /// Sequences rehearsed with reward before the first demonstration (parse_sequence): the robot "is
   /// familiar with the task" [M18 2.4.2]. Empty: it must learn from its own successes.
   std::vector<std::string> practice = {"precision,above,high", "full,below,low"};
@@ -56,39 +43,53 @@ struct ImitatorParams {
   double patience_s = 5.0;
   /// Fields that have not settled by then will not: every reference trial does within 1 s [s].
   double indecision_s = 3.0;
-  int alternatives = 2;  ///< decisions tried after one for which there is no plan
+  int alternatives = 2;   ///< decisions tried after one for which there is no plan
+  bool rehearse = false;  ///< asks for a test plan with the grip that was seen before it decides
+  double rehearsal_s = 20.0;  ///< longest wait for the answer to a test plan [s]
 };
 
 /// Watches one demonstration after the other, lets the ladder decide, and learns from success.
 ///
 ///   waiting --an action seen--> watching --complete, or patience over--> deciding --stable-->
+///   with `rehearse`: watching --action over--> considering --test plan answered--> deciding
 ///   decided --no plan--> deciding (inhibits what failed) --not stable for indecision_s-->
 ///   undecided --something new seen--> watching
 ///   any --no action seen any more: a new demonstration--> waiting (fields at rest, links stay)
 ///
 /// A colour alone is no action: an object that stands there starts and ends nothing.
-/// All that was seen drives the fields at once, when the demonstration is over: the order of the
-/// decisions is that of the fields, not that of the teacher's hand, else the means would always be
-/// decided before the goal can override them [M18 fig. 2.21].
+/// While it considers, the grip that was seen is all that reaches the fields, and nothing is
+/// expected: PF is undecided between the combinations with this grip. The first for which there is
+/// a test plan gets input in F5, the others are inhibited; what else was seen follows [M18
+/// fig. 2.22]. Else all that was seen drives the fields at once, when the demonstration is over:
+/// the order of the decisions is that of the fields, not that of the teacher's hand, else the means
+/// would always be decided before the goal can override them [M18 fig. 2.21].
 class Imitator {
  public:
-  enum class Stage { waiting, watching, deciding, decided, undecided };
+  enum class Stage { waiting, watching, considering, deciding, decided, undecided };
 
   /// Practises; some hundred milliseconds of computation. With `recall`, which brings links learned
-  /// before, it does that instead. @throws ConfigError for impossible constants.
-  explicit Imitator(const ImitatorParams& params,
+  /// before, it does that instead. @throws ConfigError for impossible constants, or an architecture
+  /// that does not begin with the fields of symbols.h.
+  explicit Imitator(const ImitatorParams& params, const Architecture& architecture,
                     const std::function<void(Ladder<float>&)>& recall = {});
 
   /// Takes what vision holds now. Not calling it (no fresh image) stops the clock of `patience_s`.
   /// @param complete the teacher's action is over
   void observe(const Demonstration& seen, bool complete, double period_s);
-  /// Advances the fields by `period_s`, a multiple of ladder.dt_s. Does not allocate.
+  /// Advances the fields by `period_s`, a multiple of the architecture's dt_s. Does not allocate.
   /// @param success the planner has a complete plan for this decision: rewards it, once, for the
   /// window
   void advance(double period_s, bool success);
   /// The planner has no plan for the decision. Other means for the goal are tried first, as the
   /// goal has the priority; if they fail too, the goal is given up and the means decide.
   void refuse();
+
+  /// Means and goal to be planned as a test; null in other stages than `considering`.
+  const Demonstration* proposal() const {
+    return stage_ == Stage::considering ? &proposals_[proposal_] : nullptr;
+  }
+  /// The answer to the proposal, after which the next one may follow.
+  void answer(bool feasible);
 
   Stage stage() const { return stage_; }
   /// Before Stage::decided: the present activity of the fields, not settled. After: the decision,
@@ -99,6 +100,8 @@ class Imitator {
   /// a whole window, for this decision
   bool learned() const { return decided() && reward_left_ == 0; }
   bool decided() const { return stage_ == Stage::decided; }
+  /// What carried the fields since the onset of the inputs.
+  const Reasons& reasons() const { return reasons_; }
   double deciding_s() const { return deciding_s_; }  ///< since the onset of the inputs [s]
   /// Why there is no decision; empty in other stages than `undecided`.
   const std::string& reason() const { return reason_; }
@@ -107,17 +110,26 @@ class Imitator {
   const Ladder<float>& ladder() const { return ladder_; }
 
  private:
+  void consider();
+  void begin_anew();
   void present();
+  void drive_with(const Demonstration& seen);
+  long steps(double duration_s) const;
   void give_up(std::string reason);
 
   ImitatorParams params_;
   Ladder<float> ladder_;
+  Reasons reasons_;
   Stimulus task_, shown_;  // task input with what failed inhibited; with vision
+  Stimulus planned_;       // task_ with the means of a test plan
+  std::vector<Demonstration> proposals_;
+  std::size_t proposal_ = 0;
+  double considering_s_ = 0.0, onset_s_ = 0.0;
   Stage stage_ = Stage::waiting;
   Demonstration seen_;
   Decision decision_;
   double unchanged_s_ = 0.0, deciding_s_ = 0.0;
-  long window_left_ = 0, reward_left_ = 0;  // ladder steps
+  long plan_left_ = 0, window_left_ = 0, reward_left_ = 0;  // ladder steps
   bool learning_ = false;
   int refusals_ = 0;
   std::string reason_;

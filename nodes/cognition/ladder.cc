@@ -1,205 +1,393 @@
 #include "nodes/cognition/ladder.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <sstream>
 
 #include "common/error.h"
 
 namespace mimesis::cognition {
 namespace {
 
-struct Ends {
-  Layer source, target;
-};
+std::string at(const char* list, std::size_t i) { return fmt::format("{}.{}", list, i); }
 
-constexpr std::array<Ends, kConnections> kEnds = {{{Layer::sts_grip, Layer::pf},
-                                                   {Layer::sts_transport, Layer::pf},
-                                                   {Layer::sts_grip, Layer::f5_grip},
-                                                   {Layer::sts_transport, Layer::f5_transport},
-                                                   {Layer::pf, Layer::f5_grip},
-                                                   {Layer::pf, Layer::f5_transport},
-                                                   {Layer::f5_grip, Layer::pf},
-                                                   {Layer::f5_transport, Layer::pf},
-                                                   {Layer::pf, Layer::pfc},
-                                                   {Layer::pfc, Layer::pf},
-                                                   {Layer::color, Layer::pfc},
-                                                   {Layer::pfc, Layer::color}}};
-
-constexpr Ends ends(Connection c) { return kEnds[static_cast<std::size_t>(c)]; }
-
-double gain(const LinkGains& g, Connection c) {
-  switch (c) {
-    case Connection::sts_grip_pf:
-    case Connection::sts_transport_pf:
-      return g.sts_to_pf;
-    case Connection::sts_grip_f5:
-    case Connection::sts_transport_f5:
-      return g.sts_to_f5;
-    case Connection::pf_f5_grip:
-    case Connection::pf_f5_transport:
-      return g.pf_to_f5;
-    case Connection::f5_grip_pf:
-    case Connection::f5_transport_pf:
-      return g.f5_to_pf;
-    case Connection::pf_pfc:
-      return g.pf_to_pfc;
-    case Connection::pfc_pf:
-      return g.pfc_to_pf;
-    case Connection::color_pfc:
-    case Connection::pfc_color:
-      return g.color;
-  }
-  return 0.0;
-}
-
-/// Site of a symbol in its layer, or -1 if unknown.
-template <class Symbol>
-int site(Symbol s) {
-  return static_cast<int>(s) - 1;
-}
+bool flat(const FieldSpec& f) { return f.params.rows > 1; }
 
 }  // namespace
 
-Stimulus task_stimulus(const TaskInput& task) {
-  Stimulus s;
-  s.at(Layer::pf, kPgAt) = s.at(Layer::pf, kFgBt) = task.pf;
-  s.at(Layer::pfc, 0) = s.at(Layer::pfc, 1) = task.pfc;
-  return s;
-}
-
-void add_vision(const VisionInput& vision, const Demonstration& shown, Stimulus& to) {
-  const auto add = [&to](Layer layer, int at, double amplitude) {
-    if (at >= 0) to.at(layer, at) += amplitude;
-  };
-  add(Layer::sts_grip, site(shown.grip), vision.sts * shown.grip_confidence);
-  add(Layer::sts_transport, site(shown.transport), vision.sts * shown.transport_confidence);
-  add(Layer::pfc, site(shown.goal), vision.pfc * shown.goal_confidence);
-  add(Layer::color, site(shown.color), vision.color * shown.color_confidence);
-}
-
-void add_plan(double amplitude, const Demonstration& planned, Stimulus& to) {
-  if (const int grip = site(planned.grip); grip >= 0) to.at(Layer::f5_grip, grip) += amplitude;
-  if (const int transport = site(planned.transport); transport >= 0) {
-    to.at(Layer::f5_transport, transport) += amplitude;
-  }
-}
-
-template <class Real>
-Ladder<Real>::Ladder(const LadderParams& params) : params_(params) {
-  const double dx = params.field.dx, length = params.field.neurons * dx;
-  for (const Layer layer : kAllLayers) {
-    FieldParams p = params.field;
-    if (layer == Layer::sts_grip || layer == Layer::sts_transport) p.tau_s = params.sts_tau_s;
-    if (layer == Layer::pf) p.tau_s = params.pf_tau_s;
-    if (layer == Layer::pfc) p.tau_s = params.pfc_tau_s;
-    fields_.emplace_back(p, params.dt_s);
-    for (int s = 0; s < sites(layer); ++s) {
-      auto& bump = bump_[index(layer)][static_cast<std::size_t>(s)];
-      for (int i = 0; i < p.neurons; ++i) {
-        const double d = (i * dx - site_fraction(layer, s) * length) / params.vision.width;
-        bump.push_back(static_cast<Real>(std::exp(-0.5 * d * d)));
-      }
-    }
-  }
-  local_above_rate_ = static_cast<Real>(fields_[0].f2(params.learning.local_above));
-  settle_patterns();
-  for (std::size_t c = 0; c < kConnections; ++c) {
-    const auto n = static_cast<std::size_t>(params.field.neurons);
-    links_.emplace_back(n, n, dx);
-    double m = 0.0;  // ∫ f₂² of the source's pattern: input of the target per unit of η
-    for (const Real r : pattern(kEnds[c].source, 0)) m += static_cast<double>(r * r) * dx;
-    eta_[c] = gain(params.gain, static_cast<Connection>(c)) / m;
-  }
-  install_innate();
-}
-
-// Ignites each site alone and lets it relax: ū of eq. 2.4 is the pattern that a field holds by
-// itself.
-template <class Real>
-void Ladder<Real>::settle_patterns() {
-  constexpr double kPulse = 6.0, kPulse_s = 0.2, kRelax_s = 1.0;
-  for (const Layer layer : kAllLayers) {
-    NeuralField<Real> field(params_.field, params_.dt_s);
-    for (int s = 0; s < sites(layer); ++s) {
-      const auto& bump = bump_[index(layer)][static_cast<std::size_t>(s)];
-      field.reset();
-      for (double t = 0.0; t < kPulse_s + kRelax_s; t += params_.dt_s) {
-        for (std::size_t i = 0; t < kPulse_s && i < bump.size(); ++i) {
-          field.input()[i] = static_cast<Real>(kPulse) * bump[i];
-        }
-        field.step();
-      }
-      if (!(std::ranges::max(field.activity()) > 0)) {
-        throw ConfigError(
-            "cognition.field: excitation, inhibition and resting_level allow no "
-            "self-sustained pattern; a field could not keep a decision");
-      }
-      auto& kept = patterns_[index(layer)][static_cast<std::size_t>(s)];
-      kept.assign(field.rate().begin(), field.rate().end());
-      for (Real& r : kept) r = r < local_above_rate_ ? Real(0) : r;
+void add_input(const Architecture& a, std::string_view name, std::size_t field, int site,
+               double share, Stimulus& to) {
+  const FieldSpec& spec = a.fields[field];
+  for (const InputSpec& input : a.inputs) {
+    if (input.name != name || input.into != spec.name) continue;
+    for (int s = 0; s < static_cast<int>(spec.sites.size()); ++s) {
+      const bool acts =
+          input.sites.empty() ||
+          std::ranges::count(input.sites, spec.sites[static_cast<std::size_t>(s)]) > 0;
+      if (acts && (site < 0 || site == s)) to.at(field, s) += input.gain * share;
     }
   }
 }
 
-// The robot knows its primitives and their combinations; which goal they reach it must learn.
 template <class Real>
-void Ladder<Real>::install_innate() {
-  struct Combination {
-    int pf, grip, transport;
-  };
-  constexpr std::array<Combination, 4> kCombinations = {
-      {{kPgAt, 0, 0}, {kFgBt, 1, 1}, {kFgAt, 1, 0}, {kPgBt, 0, 1}}};
-  for (const auto& c : kCombinations) {
-    install(Connection::sts_grip_pf, c.grip, c.pf);
-    install(Connection::sts_transport_pf, c.transport, c.pf);
-    install(Connection::pf_f5_grip, c.pf, c.grip);
-    install(Connection::pf_f5_transport, c.pf, c.transport);
-    install(Connection::f5_grip_pf, c.grip, c.pf);
-    install(Connection::f5_transport_pf, c.transport, c.pf);
+Ladder<Real>::Ladder(Architecture architecture) : architecture_(std::move(architecture)) {
+  if (architecture_.fields.empty()) architecture_.fail("fields", "there is none");
+  for (std::size_t i = 0; i < architecture_.fields.size(); ++i) add_field(i);
+  for (std::size_t i = 0; i < architecture_.links.size(); ++i) add_link(i);
+  for (std::size_t i = 0; i < architecture_.inputs.size(); ++i) check_input(i);
+  for (std::size_t i = 0; i < architecture_.babbling.size(); ++i) babble(i);
+  check_rest();
+}
+
+template <class Real>
+void Ladder<Real>::add_field(std::size_t i) {
+  const FieldSpec& spec = architecture_.fields[i];
+  const FieldParams& p = spec.params;
+  const std::string path = at("fields", i);
+  if (spec.name.empty()) architecture_.fail(path, "it has no name");
+  if (architecture_.field_index(spec.name) < i) {
+    architecture_.fail(path, "'" + spec.name + "' is the name of another field");
   }
-  for (int s = 0; s < 2; ++s) {
-    install(Connection::sts_grip_f5, s, s);
-    install(Connection::sts_transport_f5, s, s);
+  const std::size_t places = spec.sites.size() * (flat(spec) ? 2 : 1);
+  if (spec.at.size() != places && (flat(spec) || !spec.at.empty())) {
+    architecture_.fail(path + ".at", fmt::format("has {} numbers, expected {} for {} sites",
+                                                 spec.at.size(), places, spec.sites.size()));
+  }
+  try {
+    fields_.emplace_back(p, architecture_.dt_s);
+  } catch (const ConfigError& e) {
+    architecture_.fail(path, spec.name + ": " + e.what());
+  }
+  bumps_.emplace_back();
+  patterns_.emplace_back();
+  for (std::size_t s = 0; s < spec.sites.size(); ++s) {
+    const SitePlace place = site_place(spec, static_cast<int>(s));
+    if (place.x < 0.0 || place.x >= p.neurons * p.dx || place.y < 0.0 || place.y >= p.rows * p.dx) {
+      architecture_.fail(path + ".at", spec.sites[s] + " is outside of the field");
+    }
+    std::vector<Real> bump;
+    for (int y = 0; y < p.rows; ++y) {
+      const double e = (y * p.dx - place.y) / architecture_.input_width;
+      const double across = flat(spec) ? std::exp(-0.5 * e * e) : 1.0;
+      for (int x = 0; x < p.neurons; ++x) {
+        const double d = (x * p.dx - place.x) / architecture_.input_width;
+        bump.push_back(static_cast<Real>(std::exp(-0.5 * d * d) * across));
+      }
+    }
+    bumps_[i].push_back(std::move(bump));
+    settle_pattern(i, s);
+  }
+}
+
+// Ignites the site alone and lets it relax: ū of eq. 2.4 is the pattern that a field holds by
+// itself. It does not depend on τ, so that a τ of twenty steps serves all.
+template <class Real>
+void Ladder<Real>::settle_pattern(std::size_t field, std::size_t site) {
+  constexpr int kPulse = 200, kEnd = 1200;
+  constexpr Real kAmplitude = 6;
+  const FieldSpec& spec = architecture_.fields[field];
+  FieldParams p = spec.params;
+  p.tau_s = 20.0 * architecture_.dt_s;
+  NeuralField<Real> alone(p, architecture_.dt_s);
+  const auto& bump = bumps_[field][site];
+  for (int t = 0; t < kEnd; ++t) {
+    for (std::size_t i = 0; t < kPulse && i < bump.size(); ++i) {
+      alone.input()[i] = kAmplitude * bump[i];
+    }
+    alone.step();
+  }
+  if (!(std::ranges::max(alone.activity()) > 0)) {
+    architecture_.fail(at("fields", field),
+                       spec.name +
+                           ": excitation, inhibition and resting_level allow no "
+                           "self-sustained pattern; it could not keep a decision");
+  }
+  std::vector<Real> kept(alone.rate().begin(), alone.rate().end());
+  for (Real& r : kept) r = r < above(field) ? Real(0) : r;
+  patterns_[field].push_back(std::move(kept));
+}
+
+template <class Real>
+std::size_t Ladder<Real>::known_field(const std::string& path, const std::string& name) const {
+  const std::size_t i = architecture_.field_index(name);
+  if (i < architecture_.fields.size()) return i;
+  std::vector<std::string> names;
+  for (const FieldSpec& f : architecture_.fields) names.push_back(f.name);
+  architecture_.fail(path,
+                     fmt::format("'{}' is no field; there are {}", name, fmt::join(names, ", ")));
+}
+
+template <class Real>
+void Ladder<Real>::add_link(std::size_t i) {
+  const LinkSpec& spec = architecture_.links[i];
+  const std::string path = at("links", i);
+  const std::size_t source = known_field(path + ".from", spec.from);
+  const std::size_t target = known_field(path + ".to", spec.to);
+  if (architecture_.link_index(spec.name()) < i) {
+    architecture_.fail(path, "there is another link " + spec.name());
+  }
+  const Learns learns = spec.learns == "success"    ? Learns::success
+                        : spec.learns == "babbling" ? Learns::babbling
+                                                    : Learns::never;
+  if (spec.form != "dense" && learns != Learns::never) {
+    architecture_.fail(path + ".learns", "a link of form " + spec.form + " cannot learn");
+  }
+  const auto& from = fields_[source];
+  const double dx = from.params().dx, area = flat(architecture_.fields[source]) ? dx * dx : dx;
+  const std::size_t targets = fields_[target].rate().size(), sources = from.rate().size();
+  constexpr std::size_t kMost = std::size_t{1} << 24;
+  if (spec.form == "dense" && targets * sources > kMost) {
+    architecture_.fail(path + ".form",
+                       fmt::format("dense needs {} weights, more than {}; expected low_rank or "
+                                   "gaussian",
+                                   targets * sources, kMost));
+  }
+  if (spec.form == "gaussian") {
+    Connection c{source, target, learns, 0.0, Link<Real>(1, 1, 1.0)};
+    add_gaussian(i, c);
+    links_.push_back(std::move(c));
+    return;
+  }
+  if (patterns_[source].empty()) {
+    architecture_.fail(path + ".from", spec.from + " has no sites whose patterns could be linked");
+  }
+  double m = 0.0;  // ∫ f₂² of the source's pattern: input of the target per unit of η
+  for (const Real r : patterns_[source][0]) m += static_cast<double>(r * r) * area;
+  links_.push_back({source, target, learns, spec.gain / m,
+                    Link<Real>(targets, sources, area, spec.form == "low_rank")});
+  for (std::size_t k = 0; k < spec.pairs.size(); ++k) {
+    const Pairing p = pairing(i, k);
+    install(spec.name(), p.source, p.target);
   }
 }
 
 template <class Real>
-void Ladder<Real>::install(Connection c, int source_site, int target_site, double factor) {
-  links_[static_cast<std::size_t>(c)].install(
-      pattern(ends(c).target, target_site), pattern(ends(c).source, source_site),
-      static_cast<Real>(factor * eta(c)), local_above_rate_);
+void Ladder<Real>::add_gaussian(std::size_t i, Connection& c) {
+  const LinkSpec& spec = architecture_.links[i];
+  const FieldSpec &from = architecture_.fields[c.source], &to = architecture_.fields[c.target];
+  if (flat(from) && flat(to)) {
+    architecture_.fail(at("links", i), "a gaussian link needs a 1-D field at one end at least");
+  }
+  if (!spec.pairs.empty()) {
+    architecture_.fail(at("links", i) + ".pairs", "a gaussian link links places, not pairs");
+  }
+  c.along_y = spec.along == "y";
+  const auto axis = [&](const FieldSpec& f) {
+    return static_cast<std::size_t>(flat(f) && c.along_y ? f.params.rows : f.params.neurons);
+  };
+  const std::size_t targets = axis(to), sources = axis(from);
+  if (std::abs(static_cast<double>(targets) * to.params.dx -
+               static_cast<double>(sources) * from.params.dx) > 1e-9) {
+    architecture_.fail(at("links", i),
+                       fmt::format("the axes of {} and {} differ in length, expected the same",
+                                   spec.from, spec.to));
+  }
+  c.weights = Link<Real>(targets, sources, from.params.dx);
+  if (flat(from)) c.source_axis.resize(sources);
+  if (flat(to)) c.target_axis.resize(targets);
+  // Normalised so that a wide enough pattern of full rate gives `gain` at its middle.
+  const double full = spec.gain / (spec.width * std::sqrt(2.0 * 3.14159265358979323846));
+  for (std::size_t y = 0; y < sources; ++y) {
+    for (std::size_t x = 0; x < targets; ++x) {
+      const double d =
+          (static_cast<double>(x) * to.params.dx - static_cast<double>(y) * from.params.dx) /
+          spec.width;
+      if (std::abs(d) > 4.0) continue;
+      c.weights.set_weight(x, y, static_cast<Real>(full * std::exp(-0.5 * d * d)));
+    }
+  }
+}
+
+template <class Real>
+typename Ladder<Real>::Pairing Ladder<Real>::pairing(std::size_t link, std::size_t pair) const {
+  const LinkSpec& spec = architecture_.links[link];
+  const std::string& text = spec.pairs[pair];
+  const std::size_t split = text.find('>');
+  Pairing p{-1, -1};
+  if (split != std::string::npos) {
+    p.source = Architecture::site_index(architecture_.fields[links_[link].source],
+                                        std::string_view(text).substr(0, split));
+    p.target = Architecture::site_index(architecture_.fields[links_[link].target],
+                                        std::string_view(text).substr(split + 1));
+  }
+  if (p.source < 0 || p.target < 0) {
+    architecture_.fail(
+        at("links", link) + ".pairs",
+        fmt::format("'{}', expected SITE>SITE with {} of {} and {} of {}", text,
+                    fmt::join(architecture_.fields[links_[link].source].sites, ", "), spec.from,
+                    fmt::join(architecture_.fields[links_[link].target].sites, ", "), spec.to));
+  }
+  return p;
+}
+
+template <class Real>
+void Ladder<Real>::check_input(std::size_t i) const {
+  const InputSpec& spec = architecture_.inputs[i];
+  const std::string path = at("inputs", i);
+  const FieldSpec& field = architecture_.fields[known_field(path + ".into", spec.into)];
+  for (const std::string& site : spec.sites) {
+    if (Architecture::site_index(field, site) >= 0) continue;
+    architecture_.fail(path + ".sites", fmt::format("'{}' is no site of {}; there are {}", site,
+                                                    spec.into, fmt::join(field.sites, ", ")));
+  }
+}
+
+// The robot moves and sees itself: what is active together is linked by eq. 2.3, as it is later by
+// success. Links take effect when all are acquired: a movement whose links are still missing would
+// lose its field to those that are linked already.
+template <class Real>
+void Ladder<Real>::babble(std::size_t episode) {
+  constexpr double kPulse_s = 0.2, kRelax_s = 1.0, kAmplitude = 6.0;
+  const std::string path = at("babbling", episode);
+  Stimulus stimulus(architecture_), none(architecture_);
+  std::istringstream words(architecture_.babbling[episode]);
+  for (std::string word; words >> word;) {
+    const std::size_t split = std::min(word.find('='), word.size());
+    const std::size_t field = known_field(path, word.substr(0, split));
+    const int site = Architecture::site_index(
+        architecture_.fields[field],
+        std::string_view(word).substr(split).substr(split < word.size() ? 1 : 0));
+    if (site < 0) {
+      architecture_.fail(path, fmt::format("'{}', expected FIELD=SITE with {}", word,
+                                           fmt::join(architecture_.fields[field].sites, ", ")));
+    }
+    stimulus.at(field, site) = kAmplitude;
+  }
+  const auto steps = [&](double s) { return std::lround(s / architecture_.dt_s); };
+  reset();
+  for (long t = steps(kPulse_s); t > 0; --t) advance(stimulus);
+  for (long t = steps(kRelax_s); t > 0; --t) advance(none);
+  const auto fraction = static_cast<Real>(architecture_.dt_s / architecture_.learning.tau_s);
+  for (long t = steps(architecture_.learning.window_s); t > 0; --t) {
+    for (Connection& c : links_) {
+      if (c.learns == Learns::babbling) learn(c, fraction);
+    }
+    advance(none);
+  }
+  reset();
+}
+
+template <class Real>
+void Ladder<Real>::check_rest() {
+  constexpr double kWatched_s = 1.0;
+  Stimulus constant(architecture_);
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    add_input(architecture_, "task", i, -1, 1.0, constant);
+  }
+  reset();
+  for (long t = std::lround(kWatched_s / architecture_.dt_s); t > 0; --t) {
+    step(constant);
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      if (std::ranges::max(fields_[i].activity()) < 0) continue;
+      const std::string what =
+          architecture_.fields[i].name + " ignites without anything shown: unstable";
+      const LinkSpec* strongest = nullptr;
+      for (const LinkSpec& l : architecture_.links) {
+        const bool stronger = strongest == nullptr || l.gain > strongest->gain;
+        if (l.to == architecture_.fields[i].name && stronger) strongest = &l;
+      }
+      if (strongest == nullptr) architecture_.fail(at("fields", i), what);
+      architecture_.fail(
+          at("links", static_cast<std::size_t>(strongest - architecture_.links.data())) + ".gain",
+          what + ", expected a smaller gain");
+    }
+  }
+  reset();
+}
+
+template <class Real>
+void Ladder<Real>::install(std::string_view name, int source_site, int target_site, double factor) {
+  Connection& c = find(name);
+  c.weights.install(patterns_[c.target][static_cast<std::size_t>(target_site)],
+                    patterns_[c.source][static_cast<std::size_t>(source_site)],
+                    static_cast<Real>(factor * c.eta), above(c));
 }
 
 template <class Real>
 void Ladder<Real>::step(const Stimulus& stimulus, bool reward) {
-  for (std::size_t c = 0; c < kConnections; ++c) {
-    links_[c].transmit(fields_[index(kEnds[c].source)].rate(),
-                       fields_[index(kEnds[c].target)].input());
-  }
-  for (const Layer layer : kAllLayers) {
-    Real* __restrict input = fields_[index(layer)].input().data();
-    for (int s = 0; s < sites(layer); ++s) {
-      const auto amplitude = static_cast<Real>(stimulus.at(layer, s));
-      if (amplitude == 0) continue;
-      const auto& bump = bump_[index(layer)][static_cast<std::size_t>(s)];
-      for (std::size_t i = 0; i < bump.size(); ++i) input[i] += amplitude * bump[i];
+  for (Connection& c : links_) transmit(c);
+  if (reward) {
+    const auto fraction = static_cast<Real>(architecture_.dt_s / architecture_.learning.tau_s);
+    for (Connection& c : links_) {
+      if (c.learns == Learns::success) learn(c, fraction);
     }
   }
-  if (reward) {
-    const auto fraction = static_cast<Real>(params_.dt_s / params_.learning.tau_s);
-    learn(Connection::pf_pfc, fraction);
-    learn(Connection::pfc_pf, fraction);
-    learn(Connection::color_pfc, fraction);
-    learn(Connection::pfc_color, fraction);
+  advance(stimulus);
+}
+
+template <class Real>
+void Ladder<Real>::advance(const Stimulus& stimulus) {
+  for (std::size_t f = 0; f < fields_.size(); ++f) {
+    Real* __restrict input = fields_[f].input().data();
+    for (std::size_t s = 0; s < bumps_[f].size(); ++s) {
+      const auto amplitude = static_cast<Real>(stimulus.at(f, static_cast<int>(s)));
+      if (amplitude == 0) continue;
+      const auto& bump = bumps_[f][s];
+      for (std::size_t i = 0; i < bump.size(); ++i) input[i] += amplitude * bump[i];
+    }
   }
   for (auto& field : fields_) field.step();
 }
 
 template <class Real>
-void Ladder<Real>::learn(Connection c, Real fraction) {
-  links_[static_cast<std::size_t>(c)].learn(field(ends(c).target).rate(),
-                                            field(ends(c).source).rate(), static_cast<Real>(eta(c)),
-                                            fraction, local_above_rate_);
+void Ladder<Real>::transmit(Connection& c) {
+  std::span<const Real> rate = fields_[c.source].rate();
+  std::span<Real> input = fields_[c.target].input();
+  if (!c.source_axis.empty()) {
+    const auto n = static_cast<std::size_t>(fields_[c.source].params().neurons);
+    const auto dx = static_cast<Real>(fields_[c.source].params().dx);
+    std::ranges::fill(c.source_axis, Real(0));
+    for (std::size_t i = 0; i < rate.size(); ++i) {
+      c.source_axis[c.along_y ? i / n : i % n] += rate[i] * dx;
+    }
+    rate = c.source_axis;
+  }
+  if (c.target_axis.empty()) return c.weights.transmit(rate, input);
+  const auto n = static_cast<std::size_t>(fields_[c.target].params().neurons);
+  std::ranges::fill(c.target_axis, Real(0));
+  c.weights.transmit(rate, c.target_axis);
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    input[i] += c.target_axis[c.along_y ? i / n : i % n];
+  }
+}
+
+template <class Real>
+double Ladder<Real>::input_at(std::size_t link, std::size_t field, std::size_t neuron) const {
+  const Connection& c = links_[link];
+  if (c.target != field) return 0.0;
+  const auto n = static_cast<std::size_t>(fields_[field].params().neurons);
+  if (!c.target_axis.empty()) neuron = c.along_y ? neuron / n : neuron % n;
+  if (c.source_axis.empty()) return c.weights.input_at(fields_[c.source].rate(), neuron);
+  return c.weights.input_at(c.source_axis, neuron);
+}
+
+template <class Real>
+double Ladder<Real>::input_at(const Stimulus& stimulus, std::size_t field,
+                              std::size_t neuron) const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < bumps_[field].size(); ++s) {
+    sum += stimulus.at(field, static_cast<int>(s)) * static_cast<double>(bumps_[field][s][neuron]);
+  }
+  return sum;
+}
+
+template <class Real>
+void Ladder<Real>::learn(Connection& c, Real fraction) {
+  c.weights.learn(fields_[c.target].rate(), fields_[c.source].rate(), static_cast<Real>(c.eta),
+                  fraction, above(c));
+}
+
+template <class Real>
+Real Ladder<Real>::above(std::size_t field) const {
+  return static_cast<Real>(fields_[field].f2(architecture_.learning.local_above));
+}
+
+template <class Real>
+typename Link<Real>::Above Ladder<Real>::above(const Connection& c) const {
+  return {above(c.target), above(c.source)};
 }
 
 template <class Real>
@@ -209,5 +397,36 @@ void Ladder<Real>::reset() {
 
 template class Ladder<float>;
 template class Ladder<double>;
+
+template <class Real>
+Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field) {
+  const FieldSpec& spec = ladder.architecture().fields[field];
+  const auto u = ladder.field(field).activity();
+  Peaks peaks;
+  bool inside = false;
+  std::size_t top = 0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    if (u[i] > 0 && !inside) ++peaks.count;
+    inside = u[i] > 0;
+    if (u[i] > u[top]) top = i;
+  }
+  peaks.max_u = static_cast<double>(u[top]);
+  if (peaks.count == 0) return peaks;
+  if (spec.params.rows > 1) peaks.count = 1;
+  const auto n = static_cast<std::size_t>(spec.params.neurons);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int s = 0; s < static_cast<int>(spec.sites.size()); ++s) {
+    const SitePlace place = site_place(spec, s);
+    const double distance = std::hypot(static_cast<double>(top % n) * spec.params.dx - place.x,
+                                       static_cast<double>(top / n) * spec.params.dx - place.y);
+    if (distance > nearest) continue;
+    nearest = distance;
+    peaks.site = s;
+  }
+  return peaks;
+}
+
+template Peaks read_peaks(const Ladder<float>&, std::size_t);
+template Peaks read_peaks(const Ladder<double>&, std::size_t);
 
 }  // namespace mimesis::cognition

@@ -1,218 +1,146 @@
 #pragma once
-#include <array>
 #include <span>
+#include <string_view>
 #include <vector>
 
+#include "nodes/cognition/architecture.h"
 #include "nodes/cognition/neural_field.h"
 #include "nodes/cognition/symbols.h"
 
 namespace mimesis::cognition {
 
-/// Peak inputs that one self-sustained pattern gives to its partner through a link [1]. Above the
-/// threshold of ignition (2.2 for a field at rest) a link drives the next field, below it only
-/// preshapes it.
-struct LinkGains {
-  double sts_to_pf = 1.3;  ///< grip and transport each; only both together ignite PF
-  double sts_to_f5 = 1.0;  ///< direct matching, preshapes
-  double pf_to_f5 = 4.5;   ///< an ignited combination ignites its means
-  double pf_to_pfc = 1.9;  ///< from PF to PFC, learned
-  double pfc_to_pf = 2.6;  ///< from PFC to PF, learned
-  double f5_to_pf = 0.9;   ///< F5g and F5t each: a planned motion names its combination
-  double color = 4.5;      ///< gain: COL to PFC and back, learned; vision: to COL
-
-  template <class V>
-  void visit(V& v) {
-    v("sts_to_pf", sts_to_pf, 0.0, 20.0);
-    v("sts_to_f5", sts_to_f5, 0.0, 20.0);
-    v("pf_to_f5", pf_to_f5, 0.0, 20.0);
-    v("pf_to_pfc", pf_to_pfc, 0.0, 20.0);
-    v("pfc_to_pf", pfc_to_pf, 0.0, 20.0);
-    v("f5_to_pf", f5_to_pf, 0.0, 20.0);
-    v("color", color, 0.0, 20.0);
-  }
-};
-
-/// Gaussian inputs from vision at full confidence: amplitudes [1], width [1], duration [s].
-struct VisionInput {
-  double sts = 6.0;   ///< amplitude to STSg and STSt, each
-  double pfc = 3.45;  ///< amplitude to PFC
-  double color = 4.5;
-  double width = 5.0;     ///< σ on the feature axis [1]; vision: of the task input too
-  double window_s = 0.6;  ///< vision: input of a demonstration; learning: reward of a success
-
-  template <class V>
-  void visit(V& v) {
-    v("sts", sts, 0.0, 20.0);
-    v("pfc", pfc, 0.0, 20.0);
-    v("color", color, 0.0, 20.0);
-    v("width", width, 0.5, 50.0);
-    v("window_s", window_s, 0.01, 10.0);
-  }
-};
-
-/// Knowledge of a familiar task: constant input that preshapes [M18 2.2.2], amplitudes
-/// [1].
-struct TaskInput {
-  double pf = 1.2;    ///< amplitude to PG-AT and FG-BT
-  double pfc = 1.42;  ///< amplitude to both goals
-
-  template <class V>
-  void visit(V& v) {
-    v("pf", pf, 0.0, 20.0);
-    v("pfc", pfc, 0.0, 20.0);
-  }
-};
-
-/// Learning by eq. 2.3.
-struct Learning {
-  double tau_s = 0.4;     ///< learning: τ_s, much longer than τ; field: τ [s]
-  double window_s = 2.0;  ///< duration of the reward of a success [s]
-  /// Activity that makes a neuron part of a population: u_TH. Below it, what is merely preshaped
-  /// would be linked as if it had been decided [1].
-  double local_above = 0.0;
-
-  template <class V>
-  void visit(V& v) {
-    v("tau_s", tau_s, 0.01, 100.0);
-    v("window_s", window_s, 0.01, 100.0);
-    v("local_above", local_above, -10.0, 10.0);
-  }
-};
-
-/// All constants of the ladder. The values are one set that shows every figure of M18 2.4; M18
-/// prints none.
-struct LadderParams {
-  double dt_s = 0.001;       ///< Euler step; 1, 2 and 5 ms give the same decisions
-  double sts_tau_s = 0.086;  ///< τ of the two STS fields
-  double pf_tau_s = 0.011;   ///< τ of PF
-  double pfc_tau_s = 0.06;   ///< τ of PFC; all others: field.tau_s
-  double plan = 3.5;         ///< input of a successful test plan to F5g and F5t, each [1]
-  FieldParams field{};
-  LinkGains gain{};
-  VisionInput vision{};
-  TaskInput task{};
-  Learning learning{};
-
-  template <class V>
-  void visit(V& v) {
-    v("dt_s", dt_s, 1e-4, 0.005);
-    v("sts_tau_s", sts_tau_s, 0.005, 1.0);
-    v("pf_tau_s", pf_tau_s, 0.005, 1.0);
-    v("pfc_tau_s", pfc_tau_s, 0.005, 1.0);
-    v("plan", plan, 0.0, 20.0);
-    v.group("field", [&](auto& g) {
-      g("neurons", field.neurons, 32, 1024);
-      g("dx", field.dx, 0.05, 10.0);
-      g("tau_s", field.tau_s, 0.005, 1.0);
-      g("resting_level", field.resting_level, -20.0, -0.01);
-      g("slope", field.slope, 0.1, 20.0);
-      g("threshold1", field.threshold1, -5.0, 5.0);
-      g("threshold2", field.threshold2, -5.0, 5.0);
-      g("excitation", field.excitation, 0.0, 50.0);
-      g("width", field.width, 0.5, 50.0);
-      g("inhibition", field.inhibition, 1e-3, 50.0);
-    });
-    v.group("gain", [&](auto& g) { gain.visit(g); });
-    v.group("vision", [&](auto& g) { vision.visit(g); });
-    v.group("task", [&](auto& g) { task.visit(g); });
-    v.group("learning", [&](auto& g) { learning.visit(g); });
-  }
-};
-
-/// Links of the ladder, source first.
-enum class Connection {
-  sts_grip_pf,
-  sts_transport_pf,
-  sts_grip_f5,
-  sts_transport_f5,
-  pf_f5_grip,
-  pf_f5_transport,
-  f5_grip_pf,
-  f5_transport_pf,
-  pf_pfc,
-  pfc_pf,
-  color_pfc,
-  pfc_color,
-};
-inline constexpr std::size_t kConnections = 12;
-
-/// Amplitudes of the Gaussian inputs, per layer and site [1].
+/// Amplitudes of the Gaussian inputs, per field and site [1].
 class Stimulus {
  public:
-  double& at(Layer layer, int site) {
-    return amplitude_[index(layer)][static_cast<std::size_t>(site)];
+  explicit Stimulus(const Architecture& architecture) {
+    for (const FieldSpec& f : architecture.fields) amplitude_.emplace_back(f.sites.size(), 0.0);
   }
-  double at(Layer layer, int site) const {
-    return amplitude_[index(layer)][static_cast<std::size_t>(site)];
+  double& at(std::size_t field, int site) {
+    return amplitude_[field][static_cast<std::size_t>(site)];
   }
+  double at(std::size_t field, int site) const {
+    return amplitude_[field][static_cast<std::size_t>(site)];
+  }
+  double& at(Layer layer, int site) { return at(index(layer), site); }
 
  private:
-  std::array<std::array<double, 4>, kLayers> amplitude_{};
+  std::vector<std::vector<double>> amplitude_;
 };
 
-/// Task input [M18 2.2.2]: preshapes both familiar sequences and both goals.
-Stimulus task_stimulus(const TaskInput& task);
-/// Adds what vision saw; unknown symbols add nothing.
-void add_vision(const VisionInput& vision, const Demonstration& shown, Stimulus& to);
-/// Adds `amplitude` to the means of a test plan in F5 [M18 2.4.3, fig. 2.22].
-void add_plan(double amplitude, const Demonstration& planned, Stimulus& to);
+/// Adds `share` of the inputs `name` into a field, at one of their sites, or at all (-1).
+void add_input(const Architecture& architecture, std::string_view name, std::size_t field, int site,
+               double share, Stimulus& to);
 
-/// Seven coupled fields that match observations with the robot's actions and goals [M18 fig. 2.2]:
+/// Coupled fields of an architecture; the shipped one matches observations with the robot's actions
+/// and goals [M18 fig. 2.2]:
 ///
-///   STSg ──┬──> F5g <─┐         COL      STS->PF, STS->F5, PF<->F5: innate (eq. 2.4)
-///          └──> PF <──┼──<──> PFC <─┘    PF<->PFC, COL<->PFC: learned (eq. 2.3)
+///   STSg ──┬──> F5g <─┐         COL      STS->PF, STS->F5, PF<->F5: the robot's own
+///          └──> PF <──┼──<──> PFC <─┘    PF<->PFC, COL<->PFC: learned from success (eq. 2.3)
 ///   STSt ──┬──> PF    │
 ///          └──> F5t <─┘
 ///
-/// A step is O(7 N · 8σ/dx + learned weights); it does not allocate, and the same inputs give the
-/// same bits.
+/// A step is O(neurons · 8σ/dx + learned weights); it does not allocate, and the same inputs give
+/// the same bits.
 template <class Real>
 class Ladder {
  public:
-  /// @throws ConfigError if the constants are out of range, or do not allow a self-sustained
-  /// pattern.
-  explicit Ladder(const LadderParams& params);
+  /// Settles the pattern of each site, links pairs by eq. 2.4, lets the robot babble.
+  /// @throws ConfigError "file:line:col: ..." for names and sizes that do not fit, constants that
+  /// allow no self-sustained pattern, unstable gains.
+  explicit Ladder(Architecture architecture);
+  /// A gain is unstable if fields ignite with nothing but the constant inputs, "task". To be
+  /// checked again with learned links. Leaves the fields at rest. @throws ConfigError that names
+  /// the gain
+  void check_rest();
 
-  /// Advances all fields by dt; with `reward` the learned links follow eq. 2.3.
+  /// Advances all fields by dt; with `reward` links that learn from success follow eq. 2.3.
   void step(const Stimulus& stimulus, bool reward = false);
   /// Activity back to rest. Links stay.
   void reset();
 
+  const Architecture& architecture() const { return architecture_; }
+  const NeuralField<Real>& field(std::size_t i) const { return fields_[i]; }
   const NeuralField<Real>& field(Layer layer) const { return fields_[index(layer)]; }
-  const Link<Real>& link(Connection c) const { return links_[static_cast<std::size_t>(c)]; }
-  const LadderParams& params() const { return params_; }
+  /// Links by name, "PF->PFC"; @throws ConfigError if there is none. Gaussian ones are between the
+  /// axes.
+  const Link<Real>& link(std::string_view name) const { return find(name).weights; }
+  /// What one link, by index, or a stimulus gives to one neuron of a field now [1].
+  double input_at(std::size_t link, std::size_t field, std::size_t neuron) const;
+  double input_at(const Stimulus& stimulus, std::size_t field, std::size_t neuron) const;
 
   /// Adds `factor` times the link that a full reward window would leave between two patterns
   /// [eq. 2.4].
-  void install(Connection c, int source_site, int target_site, double factor = 1.0);
+  void install(std::string_view name, int source_site, int target_site, double factor = 1.0);
   /// A lesion: the link transmits nothing until it is learned again.
-  void cut(Connection c) { links_[static_cast<std::size_t>(c)].clear(); }
+  void cut(std::string_view name) { find(name).weights.clear(); }
   /// One synapse as it was learned before.
-  void set_weight(Connection c, std::size_t target, std::size_t source, Real weight) {
-    links_[static_cast<std::size_t>(c)].set_weight(target, source, weight);
+  void set_weight(std::string_view name, std::size_t target, std::size_t source, Real weight) {
+    find(name).weights.set_weight(target, source, weight);
   }
   /// η of eq. 2.3 for one link.
-  double eta(Connection c) const { return eta_[static_cast<std::size_t>(c)]; }
+  double eta(std::string_view name) const { return find(name).eta; }
 
  private:
-  void settle_patterns();
-  void install_innate();
-  std::span<const Real> pattern(Layer layer, int site) const {
-    return patterns_[index(layer)][static_cast<std::size_t>(site)];
-  }
-  void learn(Connection c, Real fraction);
+  enum class Learns { never, babbling, success };
+  struct Connection {
+    std::size_t source, target;
+    Learns learns;
+    double eta;
+    Link<Real> weights;
+    std::vector<Real> source_axis{},
+        target_axis{};  // gaussian, of a 2-D field: sums along the axis
+    bool along_y = false;
+  };
+  struct Pairing {
+    int source, target;
+  };
 
-  LadderParams params_;
+  void add_field(std::size_t i);
+  void settle_pattern(std::size_t field, std::size_t site);
+  void add_link(std::size_t i);
+  void add_gaussian(std::size_t i, Connection& c);
+  void check_input(std::size_t i) const;
+  Pairing pairing(std::size_t link, std::size_t pair) const;
+  void babble(std::size_t episode);
+  void advance(const Stimulus& stimulus);
+  std::size_t known_field(const std::string& path, const std::string& name) const;
+
+  void transmit(Connection& c);
+  void learn(Connection& c, Real fraction);
+  typename Link<Real>::Above above(const Connection& c) const;
+  Real above(std::size_t field) const;
+  Connection& find(std::string_view name) { return links_[architecture_.link_index(name)]; }
+  const Connection& find(std::string_view name) const {
+    return links_[architecture_.link_index(name)];
+  }
+
+  Architecture architecture_;
   std::vector<NeuralField<Real>> fields_;
-  std::vector<Link<Real>> links_;
-  std::array<double, kConnections> eta_{};
-  Real local_above_rate_;
-  std::array<std::array<std::vector<Real>, 4>, kLayers> bump_;  // unit Gaussians of the inputs
-  std::array<std::array<std::vector<Real>, 4>, kLayers>
-      patterns_;  // f₂(ū) of a self-sustained pattern
+  std::vector<Connection> links_;
+  std::vector<std::vector<std::vector<Real>>> bumps_;     // field, site: unit Gaussian of inputs
+  std::vector<std::vector<std::vector<Real>>> patterns_;  // f₂(ū) of a self-sustained pattern
 };
 
 extern template class Ladder<float>;
 extern template class Ladder<double>;
+
+/// Suprathreshold activity of one field. A peak is a run of neighbours with u > 0 = u_TH
+/// [M18 2.2.2].
+struct Peaks {
+  int count = 0;
+  int site = -1;       ///< nearest to the most active neuron; -1 without a peak
+  double max_u = 0.0;  ///< maximum of the whole field [1]
+};
+
+/// Does not allocate. Of a 2-D field the peaks are not counted: 1 if there is any.
+template <class Real>
+Peaks read_peaks(const Ladder<Real>& ladder, std::size_t field);
+template <class Real>
+Peaks read_peaks(const Ladder<Real>& ladder, Layer layer) {
+  return read_peaks(ladder, index(layer));
+}
+
+extern template Peaks read_peaks(const Ladder<float>&, std::size_t);
+extern template Peaks read_peaks(const Ladder<double>&, std::size_t);
 
 }  // namespace mimesis::cognition

@@ -15,31 +15,36 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "mimesis-links";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
-struct Named {
-  const char* name;
-  Connection connection;
-};
-constexpr std::array<Named, 4> kLearned = {{{"PF->PFC", Connection::pf_pfc},
-                                            {"PFC->PF", Connection::pfc_pf},
-                                            {"COL->PFC", Connection::color_pfc},
-                                            {"PFC->COL", Connection::pfc_color}}};
+/// Links that learn from success.
+std::vector<const LinkSpec*> learned(const Architecture& a) {
+  std::vector<const LinkSpec*> all;
+  for (const LinkSpec& link : a.links) {
+    if (link.learns == "success") all.push_back(&link);
+  }
+  return all;
+}
 
 Json constants(const FieldParams& p) {
-  return {{"neurons", p.neurons},       {"dx", p.dx},
-          {"slope", p.slope},           {"resting_level", p.resting_level},
-          {"threshold1", p.threshold1}, {"threshold2", p.threshold2},
-          {"excitation", p.excitation}, {"width", p.width},
+  return {{"neurons", p.neurons},
+          {"rows", p.rows},
+          {"dx", p.dx},
+          {"slope", p.slope},
+          {"resting_level", p.resting_level},
+          {"threshold1", p.threshold1},
+          {"threshold2", p.threshold2},
+          {"excitation", p.excitation},
+          {"width", p.width},
           {"inhibition", p.inhibition}};
 }
 
 /// Columns with the weights between the first and the last that is not zero.
-Json columns(const Link<float>& link, std::size_t neurons) {
+Json columns(const Link<float>& link, std::size_t targets, std::size_t sources) {
   Json all = Json::array();
-  for (std::size_t y = 0; y < neurons; ++y) {
-    std::size_t first = 0, last = neurons;
-    while (first < neurons && link.weight(first, y) == 0.0F) ++first;
+  for (std::size_t y = 0; y < sources; ++y) {
+    std::size_t first = 0, last = targets;
+    while (first < targets && link.weight(first, y) == 0.0F) ++first;
     while (last > first && link.weight(last - 1, y) == 0.0F) --last;
     if (first == last) continue;
     Json column = {y, first};
@@ -47,6 +52,21 @@ Json columns(const Link<float>& link, std::size_t neurons) {
     all.push_back(std::move(column));
   }
   return all;
+}
+
+/// Constants of the fields that the learned links join.
+Json fields(const Architecture& a) {
+  Json all = Json::object();
+  for (const LinkSpec* link : learned(a)) {
+    for (const std::string& name : {link->from, link->to}) {
+      all[name] = constants(a.fields[a.field_index(name)].params);
+    }
+  }
+  return all;
+}
+
+std::size_t neurons(const Ladder<float>& ladder, const std::string& field) {
+  return ladder.field(ladder.architecture().field_index(field)).activity().size();
 }
 
 void check(bool ok, const std::string& what) {
@@ -57,26 +77,31 @@ void read(const Json& file, Ladder<float>& ladder) {
   check(file.at("format") == kFormat, fmt::format("expected \"format\": \"{}\"", kFormat));
   check(file.at("version") == kVersion,
         fmt::format("is of version {}, expected {}", file.at("version").dump(), kVersion));
-  const Json expected = constants(ladder.params().field);
-  for (const auto& [key, ours] : expected.items()) {
-    const Json& theirs = file.at("fields").at(key);
-    check(theirs == ours, fmt::format("was learned with field.{} = {}, here it is {}", key,
-                                      theirs.dump(), ours.dump()));
+  const Architecture& a = ladder.architecture();
+  const Json expected = fields(a);
+  for (const auto& [field, ours] : expected.items()) {
+    const Json& theirs = file.at("fields").at(field);
+    for (const auto& [key, value] : ours.items()) {
+      check(theirs.at(key) == value, fmt::format("was learned with {}.{} = {}, here it is {}",
+                                                 field, key, theirs.at(key).dump(), value.dump()));
+    }
   }
-  const auto neurons = static_cast<std::size_t>(ladder.params().field.neurons);
-  check(file.at("links").size() == kLearned.size(),
-        fmt::format("holds {} links, expected {}", file.at("links").size(), kLearned.size()));
-  for (const auto& [name, connection] : kLearned) {
-    ladder.cut(connection);
+  const auto links = learned(a);
+  check(file.at("links").size() == links.size(),
+        fmt::format("holds {} links, expected {}", file.at("links").size(), links.size()));
+  for (const LinkSpec* link : links) {
+    const std::string name = link->name();
+    const std::size_t targets = neurons(ladder, link->to), sources = neurons(ladder, link->from);
+    ladder.cut(name);
     for (const Json& column : file.at("links").at(name)) {
       const auto y = column.at(0).get<std::size_t>(), first = column.at(1).get<std::size_t>();
-      check(y < neurons && first <= neurons && column.size() - 2 <= neurons - first,
-            fmt::format("{} reaches beyond {} neurons", name, neurons));
+      check(y < sources && first <= targets && column.size() - 2 <= targets - first,
+            fmt::format("{} reaches beyond {} x {} neurons", name, sources, targets));
       for (std::size_t i = 2; i < column.size(); ++i) {
         const auto weight = column[i].get<float>();
         check(std::isfinite(weight) && weight >= 0.0F,
               fmt::format("{} has the weight {}, expected finite and not negative", name, weight));
-        ladder.set_weight(connection, first + i - 2, y, weight);
+        ladder.set_weight(name, first + i - 2, y, weight);
       }
     }
   }
@@ -84,23 +109,26 @@ void read(const Json& file, Ladder<float>& ladder) {
 
 }  // namespace
 
-void save_links(const std::string& path, const Ladder<float>& ladder) {
-  Json links;
-  for (const auto& [name, connection] : kLearned) {
-    links[name] =
-        columns(ladder.link(connection), static_cast<std::size_t>(ladder.params().field.neurons));
+std::string links_text(const Ladder<float>& ladder) {
+  const Architecture& a = ladder.architecture();
+  Json links = Json::object();
+  for (const LinkSpec* link : learned(a)) {
+    links[link->name()] =
+        columns(ladder.link(link->name()), neurons(ladder, link->to), neurons(ladder, link->from));
   }
-  const Json file = {{"format", kFormat},
-                     {"version", kVersion},
-                     {"fields", constants(ladder.params().field)},
-                     {"links", links}};
+  const Json file = {
+      {"format", kFormat}, {"version", kVersion}, {"fields", fields(a)}, {"links", links}};
+  return file.dump();
+}
+
+std::string save_links(const std::string& path, const std::string& text) {
   const std::string draft = path + ".new";  // who reads `path` meanwhile finds the old file whole
   std::ofstream out(draft);
-  out << file.dump() << '\n';
+  out << text << '\n';
   out.close();
   std::error_code error;
   if (out) std::filesystem::rename(draft, path, error);
-  if (!out || error) throw std::runtime_error("cannot write the links to " + path);
+  return !out || error ? "cannot write the links to " + path : "";
 }
 
 void load_links(const std::string& path, Ladder<float>& ladder) {

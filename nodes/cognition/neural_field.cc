@@ -31,12 +31,34 @@ struct Lanes {
 
 std::size_t whole_blocks(std::size_t n) { return (n + kBlock - 1) / kBlock * kBlock; }
 
+/// out[x] = Σⱼ kernel[j] from[x + j·stride] − less, for x < n, a multiple of kBlock.
+template <class Real>
+void convolve(const std::vector<Real>& kernel, const Real* from, std::size_t stride, std::size_t n,
+              Real less, Real* out) {
+  using L = Lanes<Real>;
+  constexpr std::size_t kLanes = kBlock / L::kPerBlock;
+  const Real* __restrict weight = kernel.data();
+  for (std::size_t x = 0; x < n; x += kBlock) {
+    typename L::Vector sum[L::kPerBlock] = {};
+    for (std::size_t j = 0; j < kernel.size(); ++j) {
+      for (std::size_t i = 0; i < L::kPerBlock; ++i) {
+        sum[i] += weight[j] * L::load(from + x + j * stride + i * kLanes);
+      }
+    }
+    for (auto& s : sum) s -= less;
+    std::memcpy(out + x, sum, sizeof sum);
+  }
+}
+
 void check(bool ok, const char* what) {
   if (!ok) throw ConfigError(std::string("neural field: ") + what);
 }
 
 void check(const FieldParams& p, double dt_s) {
   check(p.neurons >= 2, "neurons must be at least 2");
+  check(p.rows >= 1, "rows must be at least 1");
+  check(p.rows == 1 || static_cast<std::size_t>(p.neurons) % kBlock == 0,
+        "neurons must be a multiple of 16 in a 2-D field");
   check(p.dx > 0.0, "dx must be positive");
   check(p.tau_s > 0.0, "tau_s must be positive");
   check(p.resting_level < 0.0, "resting_level must be negative");
@@ -53,8 +75,10 @@ template <class Real>
 NeuralField<Real>::NeuralField(const FieldParams& params, double dt_s)
     : params_(params), dt_s_(dt_s) {
   check(params, dt_s);
-  size_ = static_cast<std::size_t>(params.neurons);
-  padded_ = whole_blocks(size_);
+  columns_ = whole_blocks(static_cast<std::size_t>(params.neurons));
+  rows_ = static_cast<std::size_t>(params.rows);
+  size_ = static_cast<std::size_t>(params.neurons) * rows_;
+  padded_ = columns_ * rows_;
   halo_ = static_cast<std::size_t>(std::ceil(4.0 * params.width / params.dx));
   relaxation_ = static_cast<Real>(dt_s / params.tau_s);
   beta_ = static_cast<Real>(params.slope);
@@ -64,9 +88,11 @@ NeuralField<Real>::NeuralField(const FieldParams& params, double dt_s)
     const double d =
         (static_cast<double>(i) - static_cast<double>(halo_)) * params.dx / params.width;
     kernel_.push_back(static_cast<Real>(params.excitation * std::exp(-0.5 * d * d) * params.dx));
+    if (rows_ > 1) kernel_y_.push_back(static_cast<Real>(std::exp(-0.5 * d * d) * params.dx));
   }
-  for (auto* v : {&u_, &input_, &gate_, &lateral_, &rise_}) v->resize(padded_);
-  rate_.resize(padded_ + 2 * halo_);
+  for (auto* v : {&u_, &input_, &gate_, &rate_, &lateral_, &rise_}) v->resize(padded_);
+  row_.resize(columns_ + 2 * halo_);
+  if (rows_ > 1) along_x_.resize(columns_ * (rows_ + 2 * halo_));
   reset();
 }
 
@@ -102,7 +128,7 @@ void NeuralField<Real>::fire() {
   const Real beta = beta_, shift1 = shift1_, shift2 = shift2_;
   const Real* __restrict u = u_.data();
   Real* __restrict gate = gate_.data();
-  Real* __restrict rate = rate_.data() + halo_;
+  Real* __restrict rate = rate_.data();
   for (std::size_t i = 0; i < padded_; ++i) {
     const Real e = exponential(-beta * u[i]);
     gate[i] = Real(1) / (Real(1) + e * shift1);
@@ -116,25 +142,22 @@ void NeuralField<Real>::interact() {
   std::array<Real, kBlock> partial{};  // sums of every 16th neuron
   const Real* __restrict rate = rate_.data();
   for (std::size_t x = 0; x < padded_; x += kBlock) {
-    for (std::size_t i = 0; i < kBlock; ++i) partial[i] += rate[halo_ + x + i];
+    for (std::size_t i = 0; i < kBlock; ++i) partial[i] += rate[x + i];
   }
   Real total = 0;
   for (const Real p : partial) total += p;
-  const Real inhibition = static_cast<Real>(params_.inhibition * params_.dx) * total;
+  const double area = rows_ > 1 ? params_.dx * params_.dx : params_.dx;
+  const Real inhibition = static_cast<Real>(params_.inhibition * area) * total;
 
-  const Real* __restrict kernel = kernel_.data();
-  Real* __restrict lateral = lateral_.data();
-  using L = Lanes<Real>;
-  constexpr std::size_t kLanes = kBlock / L::kPerBlock;
-  for (std::size_t x = 0; x < padded_; x += kBlock) {
-    typename L::Vector sum[L::kPerBlock] = {};
-    for (std::size_t j = 0; j <= 2 * halo_; ++j) {
-      for (std::size_t i = 0; i < L::kPerBlock; ++i) {
-        sum[i] += kernel[j] * L::load(rate + x + j + i * kLanes);
-      }
-    }
-    for (auto& s : sum) s -= inhibition;
-    std::memcpy(lateral + x, sum, sizeof sum);
+  Real* sums = rows_ > 1 ? along_x_.data() + halo_ * columns_ : lateral_.data();
+  for (std::size_t y = 0; y < rows_; ++y) {
+    std::copy_n(rate + y * columns_, columns_, row_.data() + halo_);
+    convolve(kernel_, row_.data(), 1, columns_, rows_ > 1 ? Real(0) : inhibition,
+             sums + y * columns_);
+  }
+  for (std::size_t y = 0; rows_ > 1 && y < rows_; ++y) {
+    convolve(kernel_y_, along_x_.data() + y * columns_, columns_, columns_, inhibition,
+             lateral_.data() + y * columns_);
   }
 }
 
@@ -154,17 +177,28 @@ template class NeuralField<float>;
 template class NeuralField<double>;
 
 template <class Real>
-Link<Real>::Link(std::size_t targets, std::size_t sources, double dy)
+Link<Real>::Pattern::Pattern(std::span<const Real> whole, Real factor, Real above) {
+  const auto active = [above](Real r) { return r != 0 && r >= above; };
+  const auto begin = std::ranges::find_if(whole, active);
+  const auto end = std::find_if(whole.rbegin(), whole.rend(), active).base();
+  first = static_cast<std::size_t>(begin - whole.begin());
+  for (auto r = begin; r < end; ++r) rate.push_back(active(*r) ? factor * *r : Real(0));
+}
+
+template <class Real>
+Link<Real>::Link(std::size_t targets, std::size_t sources, double dy, bool low_rank)
     : targets_(targets),
       sources_(sources),
       dy_(static_cast<Real>(dy)),
-      weights_(targets * sources),
-      spans_(sources) {
+      low_rank_(low_rank),
+      weights_(low_rank ? 0 : targets * sources),
+      spans_(low_rank ? 0 : sources) {
   clear();
 }
 
 template <class Real>
 void Link<Real>::clear() {
+  pairs_.clear();
   std::ranges::fill(weights_, Real(0));
   std::ranges::fill(spans_, Span{targets_, 0});
 }
@@ -172,7 +206,17 @@ void Link<Real>::clear() {
 template <class Real>
 void Link<Real>::transmit(std::span<const Real> source_rate, std::span<Real> input) const {
   Real* __restrict s = input.data();
-  for (std::size_t y = 0; y < sources_; ++y) {
+  for (const Pair& pair : pairs_) {
+    const auto& [target, source] = pair;
+    Real sum = 0;
+    for (std::size_t y = 0; y < source.rate.size(); ++y) {
+      sum += source.rate[y] * source_rate[source.first + y];
+    }
+    sum *= dy_;
+    for (std::size_t x = 0; x < target.rate.size(); ++x)
+      s[target.first + x] += target.rate[x] * sum;
+  }
+  for (std::size_t y = 0; y < spans_.size(); ++y) {
     const Real rate = source_rate[y] * dy_;
     const Real* __restrict column = weights_.data() + y * targets_;
     const auto [first, last] = spans_[y];
@@ -181,48 +225,69 @@ void Link<Real>::transmit(std::span<const Real> source_rate, std::span<Real> inp
 }
 
 template <class Real>
+double Link<Real>::input_at(std::span<const Real> source_rate, std::size_t x) const {
+  double sum = 0.0;
+  for (std::size_t y = 0; y < sources_; ++y) {
+    sum += static_cast<double>(weight(x, y) * source_rate[y]);
+  }
+  return sum * static_cast<double>(dy_);
+}
+
+template <class Real>
 void Link<Real>::learn(std::span<const Real> target_rate, std::span<const Real> source_rate,
-                       Real eta, Real fraction, Real local_above_rate) {
-  MIMESIS_ASSERT(fraction >= 0 && fraction <= 1);
+                       Real eta, Real fraction, Above above) {
+  MIMESIS_ASSERT(fraction >= 0 && fraction <= 1 && !low_rank_);
   if (fraction == 0) return;
   for (std::size_t y = 0; y < sources_; ++y) {
-    if (source_rate[y] < local_above_rate) continue;
-    widen(target_rate, y, local_above_rate);
+    if (source_rate[y] < above.source) continue;
+    widen(target_rate, y, above.target);
     const auto [first, last] = spans_[y];
     Real* __restrict column = weights_.data() + y * targets_;
     const Real* __restrict target = target_rate.data();
     for (std::size_t x = first; x < last; ++x) {
       const Real change = fraction * (eta * target[x] * source_rate[y] - column[x]);
-      column[x] += target[x] < local_above_rate ? Real(0) : change;
+      column[x] += target[x] < above.target ? Real(0) : change;
     }
   }
 }
 
 template <class Real>
 void Link<Real>::install(std::span<const Real> target_rate, std::span<const Real> source_rate,
-                         Real eta, Real local_above_rate) {
+                         Real eta, Above above) {
+  if (low_rank_) {
+    pairs_.push_back({{target_rate, eta, above.target}, {source_rate, Real(1), above.source}});
+    return;
+  }
   for (std::size_t y = 0; y < sources_; ++y) {
-    if (source_rate[y] < local_above_rate) continue;
-    widen(target_rate, y, local_above_rate);
+    if (source_rate[y] < above.source) continue;
+    widen(target_rate, y, above.target);
     for (std::size_t x = 0; x < targets_; ++x) {
-      if (target_rate[x] < local_above_rate) continue;
+      if (target_rate[x] < above.target) continue;
       weights_[y * targets_ + x] += eta * target_rate[x] * source_rate[y];
     }
   }
 }
 
 template <class Real>
+Real Link<Real>::weight(std::size_t x, std::size_t y) const {
+  if (!low_rank_) return weights_[y * targets_ + x];
+  Real sum = 0;
+  for (const Pair& pair : pairs_) sum += pair.target.at(x) * pair.source.at(y);
+  return sum;
+}
+
+template <class Real>
 void Link<Real>::set_weight(std::size_t x, std::size_t y, Real weight) {
-  MIMESIS_ASSERT(x < targets_ && y < sources_);
+  MIMESIS_ASSERT(x < targets_ && y < sources_ && !low_rank_);
   weights_[y * targets_ + x] = weight;
   spans_[y] = {std::min(spans_[y].first, x), std::max(spans_[y].last, x + 1)};
 }
 
 template <class Real>
-void Link<Real>::widen(std::span<const Real> target_rate, std::size_t y, Real local_above_rate) {
+void Link<Real>::widen(std::span<const Real> target_rate, std::size_t y, Real above) {
   Span& span = spans_[y];
   for (std::size_t x = 0; x < targets_; ++x) {
-    if (target_rate[x] < local_above_rate) continue;
+    if (target_rate[x] < above) continue;
     span.first = std::min(span.first, x);
     span.last = std::max(span.last, x + 1);
   }

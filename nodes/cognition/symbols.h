@@ -27,8 +27,9 @@ struct Demonstration {
   }
 };
 
-/// The fields of the ladder [M18 fig. 2.2, 2.4.4]: action observation, primitives combined for a
-/// goal, motor primitives, goals, colour cues.
+/// The fields with which the ladder of a robot that imitates begins [M18 fig. 2.2, 2.4.4]: action
+/// observation, primitives combined for a goal, motor primitives, goals, colour cues. Others may
+/// follow them in an architecture.
 enum class Layer { sts_grip, sts_transport, pf, f5_grip, f5_transport, pfc, color };
 inline constexpr std::size_t kLayers = 7;
 inline constexpr std::array<Layer, kLayers> kAllLayers = {
@@ -42,14 +43,25 @@ enum PfSite { kPgAt, kFgBt, kFgAt, kPgBt };
 constexpr std::size_t index(Layer layer) { return static_cast<std::size_t>(layer); }
 constexpr int sites(Layer layer) { return layer == Layer::pf ? 4 : 2; }
 
-/// Position of a site as a fraction of the length of the axis: evenly spaced.
-constexpr double site_fraction(Layer layer, int site) { return (site + 0.5) / sites(layer); }
-
-/// Name as in the dissertation and on the wire: STSg STSt PF F5g F5t PFC COL.
+/// Name as in the dissertation, in architectures and on the wire.
 constexpr std::string_view layer_name(Layer layer) {
   constexpr std::array<std::string_view, kLayers> kNames = {"STSg", "STSt", "PF", "F5g",
                                                             "F5t",  "PFC",  "COL"};
   return kNames[index(layer)];
+}
+
+/// Name of a site as in the dissertation's figures and in architectures.
+constexpr std::string_view site_label(Layer layer, int site) {
+  constexpr std::array<std::string_view, 4> kPf = {"PG-AT", "FG-BT", "FG-AT", "PG-BT"};
+  constexpr std::array<std::array<std::string_view, 2>, kLayers> kTwo = {{{"PG", "FG"},
+                                                                          {"AT", "BT"},
+                                                                          {"", ""},
+                                                                          {"PG", "FG"},
+                                                                          {"AT", "BT"},
+                                                                          {"high", "low"},
+                                                                          {"light", "dark"}}};
+  const auto i = static_cast<std::size_t>(site);
+  return layer == Layer::pf ? kPf[i] : kTwo[index(layer)][i];
 }
 
 }  // namespace mimesis::cognition

@@ -1,5 +1,8 @@
 #include "nodes/cognition/trial.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -21,23 +24,73 @@ int choose(std::string_view word, std::string_view first, std::string_view secon
                     std::string(first) + " nor " + std::string(second));
 }
 
+/// Site of a symbol in its layer, or -1 if unknown.
+template <class Symbol>
+int site(Symbol s) {
+  return static_cast<int>(s) - 1;
+}
+
+void add_symbol(const Architecture& a, std::string_view name, Layer layer, int at, double share,
+                Stimulus& to) {
+  if (at >= 0) add_input(a, name, index(layer), at, share, to);
+}
+
 }  // namespace
+
+const Architecture& imitating(const Architecture& a) {
+  for (const Layer layer : kAllLayers) {
+    const std::size_t i = index(layer);
+    std::vector<std::string> expected;
+    for (int s = 0; s < sites(layer); ++s) expected.emplace_back(site_label(layer, s));
+    if (i < a.fields.size() && a.fields[i].name == layer_name(layer) &&
+        a.fields[i].sites == expected) {
+      continue;
+    }
+    a.fail(fmt::format("fields.{}", i),
+           fmt::format("a robot that imitates needs {} here, with the sites {}", layer_name(layer),
+                       fmt::join(expected, ", ")));
+  }
+  return a;
+}
+
+Stimulus task_stimulus(const Architecture& a, const TaskInput& task) {
+  Stimulus s(a);
+  for (const Layer layer : kAllLayers) {
+    const double share = layer == Layer::pf ? task.means : layer == Layer::pfc ? task.goal : 1.0;
+    add_input(a, "task", index(layer), -1, share, s);
+  }
+  return s;
+}
+
+void add_vision(const Architecture& a, const Demonstration& shown, Stimulus& to) {
+  add_symbol(a, "vision", Layer::sts_grip, site(shown.grip), shown.grip_confidence, to);
+  add_symbol(a, "vision", Layer::sts_transport, site(shown.transport), shown.transport_confidence,
+             to);
+  add_symbol(a, "vision", Layer::pfc, site(shown.goal), shown.goal_confidence, to);
+  add_symbol(a, "vision", Layer::color, site(shown.color), shown.color_confidence, to);
+}
+
+void add_plan(const Architecture& a, const Demonstration& planned, Stimulus& to) {
+  add_symbol(a, "plan", Layer::f5_grip, site(planned.grip), 1.0, to);
+  add_symbol(a, "plan", Layer::f5_transport, site(planned.transport), 1.0, to);
+}
 
 template <class Real>
 TrialResult run_trial(Ladder<Real>& ladder, const Trial& trial,
                       const std::function<void(double)>& observe) {
-  const LadderParams& p = ladder.params();
-  const long window = steps(p.vision.window_s, p.dt_s), end = steps(trial.duration_s, p.dt_s);
+  const Architecture& a = ladder.architecture();
+  const long window = steps(a.input_window_s, a.dt_s), end = steps(trial.duration_s, a.dt_s);
+  const Stimulus task = task_stimulus(a, trial.task);
   const auto stimulus = [&](long i) {
     const auto present = [&](double from_s) {
-      return i >= steps(from_s, p.dt_s) && i < steps(from_s, p.dt_s) + window;
+      return i >= steps(from_s, a.dt_s) && i < steps(from_s, a.dt_s) + window;
     };
-    Stimulus s = task_stimulus(trial.task);
-    if (present(0.0)) add_vision(p.vision, trial.shown, s);
+    Stimulus s = task;
+    if (present(0.0)) add_vision(a, trial.shown, s);
     for (const LaterInput& later : trial.later) {
       if (!present(later.at_s)) continue;
-      add_vision(p.vision, later.shown, s);
-      add_plan(p.plan, later.planned, s);
+      add_vision(a, later.shown, s);
+      add_plan(a, later.planned, s);
     }
     return s;
   };
@@ -45,9 +98,9 @@ TrialResult run_trial(Ladder<Real>& ladder, const Trial& trial,
   TrialResult result;
   result.onset_s.fill(std::numeric_limits<double>::quiet_NaN());
   ladder.reset();
-  for (long i = -steps(trial.preshape_s, p.dt_s); i < end; ++i) {
+  for (long i = -steps(trial.preshape_s, a.dt_s); i < end; ++i) {
     ladder.step(stimulus(i));
-    const double t_s = static_cast<double>(i + 1) * p.dt_s;
+    const double t_s = static_cast<double>(i + 1) * a.dt_s;
     for (const Layer layer : kAllLayers) {
       double& onset_s = result.onset_s[index(layer)];
       if (std::isnan(onset_s) && read_peaks(ladder, layer).count > 0) onset_s = t_s;
@@ -80,13 +133,13 @@ Demonstration parse_sequence(std::string_view text) {
 
 template <class Real>
 bool rehearse(Ladder<Real>& ladder, const Demonstration& sequence) {
-  const LadderParams& p = ladder.params();
-  const Decision decided = run_trial(ladder, {.shown = sequence, .task = p.task}).decision;
+  const Architecture& a = ladder.architecture();
+  const Decision decided = run_trial(ladder, {.shown = sequence}).decision;
   const bool agreed = decided.settled && decided.grip == sequence.grip &&
                       decided.transport == sequence.transport && decided.goal == sequence.goal;
   if (agreed) {
-    const Stimulus task = task_stimulus(p.task);
-    for (long i = steps(p.learning.window_s, p.dt_s); i > 0; --i) ladder.step(task, true);
+    const Stimulus task = task_stimulus(a);
+    for (long i = steps(a.learning.window_s, a.dt_s); i > 0; --i) ladder.step(task, true);
   }
   ladder.reset();
   return agreed;

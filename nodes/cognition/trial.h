@@ -9,7 +9,25 @@
 
 namespace mimesis::cognition {
 
-/// What reaches the fields after the onset of a demonstration, for vision.window_s.
+/// Share of the file's task input [1]: what is expected of a familiar task [M18 2.2.2].
+struct TaskInput {
+  double means = 1.0;  ///< of the input to PF
+  double goal = 1.0;   ///< of the input to PFC
+};
+inline constexpr TaskInput kNoTask{.means = 0.0, .goal = 0.0};
+
+/// Task input: preshapes the familiar combinations of means and both goals.
+Stimulus task_stimulus(const Architecture& architecture, const TaskInput& task = {});
+/// Adds what vision saw; unknown symbols add nothing.
+void add_vision(const Architecture& architecture, const Demonstration& shown, Stimulus& to);
+/// Adds the means of a test plan in F5 [M18 2.4.3, fig. 2.22].
+void add_plan(const Architecture& architecture, const Demonstration& planned, Stimulus& to);
+
+/// The same architecture, if it begins with the fields of symbols.h and their sites.
+/// @throws ConfigError that names what is missing
+const Architecture& imitating(const Architecture& architecture);
+
+/// What reaches the fields after the onset of a demonstration, for input.window_s.
 struct LaterInput {
   double at_s;              ///< from the onset of the demonstration [s]
   Demonstration shown{};    ///< parts that vision sees only now
@@ -19,7 +37,7 @@ struct LaterInput {
 /// One run of the ladder from rest: task input alone, then a demonstration, then relaxation.
 struct Trial {
   Demonstration shown{};
-  TaskInput task{};         ///< constant input
+  TaskInput task{};         ///< constant input, whole by default
   double preshape_s = 1.0;  ///< task input before the demonstration [s]
   double duration_s = 2.0;  ///< from the onset of the demonstration [s]
   std::vector<LaterInput> later{};

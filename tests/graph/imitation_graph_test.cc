@@ -25,14 +25,14 @@ std::vector<Scenario::Logged> until_verdict(const Scenario& run, const std::stri
 }
 
 struct Case {
-  const char* teacher;
+  const char* arg;                      ///< demonstration, or scenario
   const char *grip, *transport, *goal;  ///< decision that the robot shall make
 };
 
 class Imitation : public ::testing::TestWithParam<Case> {};
 
 TEST_P(Imitation, PlacesTheObjectWhereTheTeacherDid) {
-  Scenario run("imitation", {"--arg", std::string("teacher=") + GetParam().teacher});
+  Scenario run("imitation", {"--arg", GetParam().arg});
   EXPECT_EQ(run.wait(), 0);
   const json result = run.result();
   ASSERT_TRUE(result.is_object()) << run.process().output();
@@ -45,14 +45,19 @@ TEST_P(Imitation, PlacesTheObjectWhereTheTeacherDid) {
   EXPECT_GT(result["can_frames"], 1000);
 }
 
-INSTANTIATE_TEST_SUITE_P(Teachers, Imitation,
-                         ::testing::Values(Case{"precision,above,high", "precision", "above",
-                                                "high"},
-                                           Case{"full,below,low", "full", "below", "low"},
-                                           // The goal overrides the means: the bridge stands only
-                                           // on the robot's table [M18 fig. 2.21].
-                                           Case{"full,above,high", "precision", "above", "high"}),
-                         [](const auto& c) { return "case" + std::to_string(c.index); });
+INSTANTIATE_TEST_SUITE_P(
+    Teachers, Imitation,
+    ::testing::Values(Case{"teacher=precision,above,high", "precision", "above", "high"},
+                      Case{"teacher=full,below,low", "full", "below", "low"},
+                      // The goal overrides the means: the bridge stands only on the robot's
+                      // table [M18 fig. 2.21].
+                      Case{"teacher=full,above,high", "precision", "above", "high"},
+                      // The same, but means that the planner can do are copied: with a full
+                      // grip only below [M18 fig. 2.22].
+                      Case{"dialogue=true", "full", "below", "high"},
+                      Case{"infer=true", "full", "below", "low"},
+                      Case{"colour=true", "precision", "above", "high"}),
+    [](const auto& c) { return "case" + std::to_string(c.index); });
 
 /// launch/robot.yaml is the same graph on two hosts.
 TEST(ImitationGraph, LockstepRunsAreEqualEvenSideBySideAndAsThoseOfTheRobot) {
@@ -89,6 +94,15 @@ TEST(ImitationGraph, ABlockedGoalIsDecidedByTheMeans) {
   EXPECT_EQ(result["transport"], "below");
   EXPECT_EQ(result["goal"], "low");
   EXPECT_EQ(result["placed"], true);
+}
+
+TEST(ImitationGraph, ADecisionThatNeverFallsEndsTheRunWithItsReason) {
+  Scenario run("imitation", {"--arg", "infer=true", "--arg", "practised=[]"});
+  EXPECT_EQ(run.wait(), 1);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["reason"], "no decision: PFC has no peak");
+  EXPECT_LT(result["graph_s"], 30.0);
 }
 
 TEST(ImitationGraph, LogDrivesVisionAndCognitionToTheSameDecision) {

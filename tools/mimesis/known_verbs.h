@@ -24,6 +24,7 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"doctor", "Looks at this computer: what keeps a graph from running well"},
     KnownVerb{"completion", "Prints the completion of bash, zsh or fish"},
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
+    KnownVerb{"cognition", "Says why the neural fields decided as they did"},
     KnownVerb{"calibrate", "Calibrates cameras from pictures of a chessboard"},
     KnownVerb{"vision", "Teaches vision the colours of things"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},

@@ -3,28 +3,33 @@
 #include <algorithm>
 
 #include "experiments/fields/situations.h"
+#include "nodes/cognition/test/wired.h"
 
 namespace mimesis::cognition {
 namespace {
 
 /// Every situation with its own message.
 template <class Real>
-void expect_all(const LadderParams& params, const char* what) {
-  const Constants constants{.ladder = params};
-  for (const Situation& s : situations(params)) {
-    Ladder<Real> ladder = practised<Real>(constants, s.practice);
-    EXPECT_EQ(sites_of(run_trial(ladder, s.trial)), s.expected)
-        << "fig. " << s.figure << ", " << s.what << ", " << what << ", dt " << params.dt_s;
+void expect_all(const Architecture& ladder, const char* what) {
+  const Constants constants{.ladder = ladder};
+  for (const Situation& s : situations()) {
+    Ladder<Real> practised_ladder = practised<Real>(constants, s.practice);
+    EXPECT_EQ(sites_of(run_trial(practised_ladder, s.trial)), s.expected)
+        << "fig. " << s.figure << ", " << s.what << ", " << what << ", dt " << ladder.dt_s;
   }
 }
 
 TEST(Robustness, DecisionsDependNeitherOnTheStepNorOnThePrecision) {
+  Architecture ladder = load_architecture();
   for (const double dt_s : {0.001, 0.002, 0.005}) {
-    LadderParams params;
-    params.dt_s = dt_s;
-    expect_all<float>(params, "float");
-    expect_all<double>(params, "double");
+    ladder.dt_s = dt_s;
+    expect_all<float>(ladder, "float");
+    expect_all<double>(ladder, "double");
   }
+}
+
+TEST(Robustness, DecisionsDoNotDependOnTheFormOfTheLinks) {
+  expect_all<double>(wired(load_architecture()), "low rank");
 }
 
 TEST(Robustness, FiguresSurviveJitteredGains) {  // `mimesis reproduce fields-jitter` tries 100

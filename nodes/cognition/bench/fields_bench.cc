@@ -7,6 +7,9 @@
 #include <numeric>
 #include <vector>
 
+#include "nodes/cognition/architecture_node.h"
+#include "nodes/cognition/test/wired.h"
+#include "nodes/cognition/transient_field.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -44,6 +47,39 @@ void field_step(benchmark::State& state) {
 }
 BENCHMARK(field_step<float>)->Name("field_step/float")->Arg(101)->Arg(128)->Arg(256)->Arg(512);
 BENCHMARK(field_step<double>)->Name("field_step/double")->Arg(101)->Arg(128)->Arg(256)->Arg(512);
+
+/// A plane of N x N neurons.
+template <class Real>
+void plane_step(benchmark::State& state) {
+  FieldParams p = sized(state.range(0));
+  p.rows = p.neurons;
+  p.excitation = 0.5;
+  p.inhibition = 0.15;
+  NeuralField<Real> field(p, kDt_s);
+  for (auto _ : state) {
+    for (std::size_t y = 24; y < 40; ++y) field.input()[y * 64 + 32] = Real(3);
+    field.step();
+    benchmark::DoNotOptimize(field.activity().data());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(plane_step<float>)->Name("plane_step/float")->Arg(64);
+BENCHMARK(plane_step<double>)->Name("plane_step/double")->Arg(64);
+
+/// Two populations, and a step of the shunted rule between two of them.
+void transient_step(benchmark::State& state) {
+  TransientField a({}, kDt_s), b({}, kDt_s);
+  ShuntedLink link({}, kDt_s, 64, 64, 0.1);
+  for (auto _ : state) {
+    a.input()[32] = b.input()[32] = 4.0;
+    a.step();
+    b.step();
+    link.learn(b.activity(), b.rate(), a.rate());
+    benchmark::DoNotOptimize(b.activity().data());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(transient_step)->Name("transient_pair_learning/double");
 
 /// The field equation in plain Eigen: dense kernel matrix, array expressions.
 template <class Real>
@@ -134,17 +170,17 @@ void sliding_kernel(benchmark::State& state) {
 BENCHMARK(sliding_kernel<float>)->Name("peer/sliding_kernel/float")->Arg(101)->Arg(128)->Arg(512);
 BENCHMARK(sliding_kernel<double>)->Name("peer/sliding_kernel/double")->Arg(101)->Arg(128)->Arg(512);
 
-/// Seven fields, ten links, four of them learning if `learn`; all layers active. Items:
+/// Seven fields, twelve links, four of them learning if `learn`; all layers active. Items:
 /// ladder-steps/s.
-template <class Real, bool learn>
+template <class Real, bool learn, bool low_rank = false>
 void ladder_step(benchmark::State& state) {
-  LadderParams p;
-  p.field = sized(state.range(0));
-  Ladder<Real> ladder(p);
+  Architecture architecture = low_rank ? wired(load_architecture()) : load_architecture();
+  for (FieldSpec& f : architecture.fields) f.params.neurons = static_cast<int>(state.range(0));
+  Ladder<Real> ladder(architecture);
   const Demonstration shown = parse_sequence("precision,above,high,light");
   rehearse(ladder, shown);
   run_trial(ladder, {.shown = shown});
-  const Stimulus task = task_stimulus(p.task);
+  const Stimulus task = task_stimulus(architecture);
   for (auto _ : state) {
     ladder.step(task, learn);
     benchmark::DoNotOptimize(ladder.field(Layer::pf).activity().data());
@@ -152,6 +188,7 @@ void ladder_step(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(ladder_step<float, false>)->Name("ladder_step/float")->Arg(128)->Arg(256);
+BENCHMARK(ladder_step<float, false, true>)->Name("ladder_step/low_rank/float")->Arg(128)->Arg(256);
 BENCHMARK(ladder_step<float, true>)->Name("ladder_step/learning/float")->Arg(128)->Arg(256);
 BENCHMARK(ladder_step<double, false>)->Name("ladder_step/double")->Arg(128);
 

@@ -1,16 +1,13 @@
 #include "nodes/cognition/cognition_node.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "common/testing/loopback.h"
 #include "nodes/cognition/links_node.h"
+#include "nodes/cognition/test/files.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -161,6 +158,69 @@ TEST(CognitionNode, WithoutAPlanOtherMeansAreTriedThenTheMeansDecide) {
   EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
 }
 
+/// The planner's answer to the newest proposal, which is returned.
+std::string answer(Rig& rig, bool feasible) {
+  const auto proposal = rig.bus.take_last<v1::Decision>("proposal");
+  if (!proposal) return "none";
+  v1::TaskStatus status;
+  status.set_state(feasible ? v1::TASK_STATE_EXECUTING : v1::TASK_STATE_FAILED);
+  status.set_plan_succeeded(feasible);
+  status.set_grip(proposal->grip());
+  status.set_transport(proposal->transport());
+  status.set_goal(proposal->goal());
+  rig.bus.send("test_plan", status, rig.now());
+  rig.run(50ms);
+  return text(*proposal);
+}
+
+TEST(CognitionNode, ATestPlanBeforeTheDecisionShiftsIt) {  // fig. 2.22 over messages
+  const v1::Observation shown = observation(v1::GRIP_FULL, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+  for (const int feasible : {0, 1, 2}) {  // the first that is; 2: none
+    Rig rig({.imitator = {.rehearse = true}});
+    rig.show(shown);
+    EXPECT_FALSE(rig.decision().settled()) << "decided before the test plan";
+    EXPECT_EQ(answer(rig, feasible == 0), "GRIP_FULL TRANSPORT_ABOVE GOAL_HIGH");
+    if (feasible > 0) {
+      EXPECT_EQ(answer(rig, feasible == 1), "GRIP_FULL TRANSPORT_BELOW GOAL_HIGH");
+    }
+    rig.run(2500ms);
+    EXPECT_EQ(answer(rig, true), "none") << "asked again";
+    const std::string expected[] = {"GRIP_FULL TRANSPORT_ABOVE GOAL_HIGH",
+                                    "GRIP_FULL TRANSPORT_BELOW GOAL_HIGH",
+                                    "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH"};
+    EXPECT_TRUE(rig.decision().settled());
+    EXPECT_EQ(text(rig.decision()), expected[feasible]);
+  }
+}
+
+TEST(CognitionNode, WithoutAnAnswerTheTestPlanIsForgotten) {
+  Rig rig({.imitator = {.rehearse = true, .rehearsal_s = 2.0}});
+  rig.show(observation(v1::GRIP_FULL, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH));
+  v1::TaskStatus other;  // of another question
+  other.set_state(v1::TASK_STATE_EXECUTING);
+  other.set_plan_succeeded(true);
+  other.set_grip(v1::GRIP_PRECISION);
+  rig.bus.send("test_plan", other, rig.now());
+  rig.run(400ms);
+  EXPECT_EQ(rig.decision().grip(), v1::GRIP_UNSPECIFIED);
+  rig.run(2s);
+  EXPECT_TRUE(rig.decision().settled());
+}
+
+TEST(CognitionNode, AnIndecisionThatLastsEndsTheRun) {
+  Rig rig({.imitator = {.practice = {}, .patience_s = 0.5}});
+  rig.seen = grasp_only(v1::GRIP_FULL);
+  rig.run(3600ms);
+  EXPECT_FALSE(rig.bus.take<v1::TrialOutcome>("outcome").has_value());
+  rig.run(1s);
+  const auto outcome = rig.bus.take<v1::TrialOutcome>("outcome");
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_FALSE(outcome->success());
+  EXPECT_EQ(outcome->reason(), "no decision: PFC has no peak");
+  rig.run(2s);
+  EXPECT_FALSE(rig.bus.take<v1::TrialOutcome>("outcome").has_value()) << "told twice";
+}
+
 TEST(CognitionNode, AFailureOnTheWayTriesNothingElse) {
   Rig rig;
   rig.show(kPreferred);
@@ -203,7 +263,8 @@ TEST(CognitionNode,
 }
 
 TEST(CognitionNode, SettlesOnWhatTheFieldsHoldWithoutInput) {
-  Rig rig({.imitator = {.ladder = {.vision = {.window_s = 1.2}}}});
+  const ArchitectureFile slow("window_s: 0.6", "window_s: 1.2");
+  Rig rig({.architecture = slow.path});
   rig.seen = kPreferred;
   rig.run(1100ms);  // stable long ago, but under input
   EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
@@ -323,28 +384,8 @@ TEST(CognitionNode, LearnsOnlyWhileThePlanSucceeds) {
   EXPECT_FALSE(rig.decision().learned());  // not yet for this decision
 }
 
-/// A file that is gone after the test.
-struct LinkFile {
-  std::string path = ::testing::TempDir() + "mimesis_links_" + std::to_string(::getpid()) + ".json";
-  LinkFile() = default;
-  LinkFile(const LinkFile&) = delete;
-  LinkFile& operator=(const LinkFile&) = delete;
-  ~LinkFile() { std::remove(path.c_str()); }
-
-  std::string read() const {
-    std::ifstream in(path);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  void replace(const std::string& from, const std::string& to) const {
-    std::string content = read();
-    ASSERT_NE(content.find(from), std::string::npos) << from;
-    content.replace(content.find(from), from.size(), to);
-    std::ofstream(path) << content;
-  }
-};
-
 TEST(CognitionNode, LinksOutliveTheProcess) {
-  const LinkFile file;
+  const PassingFile file("links.json");
   {
     Rig teacher({.save_links = file.path, .imitator = {.practice = {}}});
     teacher.show(kOther);
@@ -363,19 +404,18 @@ TEST(CognitionNode, LinksOutliveTheProcess) {
   heir.run(3s);
   EXPECT_EQ(heir.decision().goal(), v1::GOAL_UNSPECIFIED);
 
-  Ladder<float> ladder({});
+  Ladder<float> ladder(load_architecture());
   load_links(file.path, ladder);
-  save_links(file.path, ladder);
-  EXPECT_EQ(file.read(), learned) << "a weight changed on the way";
+  EXPECT_EQ(links_text(ladder) + "\n", learned) << "a weight changed on the way";
 }
 
 TEST(CognitionNode, RefusesLinksThatDoNotFit) {
   const auto refused = [](const std::string& from, const std::string& to, const char* why,
                           const CognitionParams& given = {}) {
-    const LinkFile file;
-    Ladder<float> ladder({});
-    ladder.install(Connection::pf_pfc, kFgBt, 1);
-    save_links(file.path, ladder);
+    const PassingFile file("links.json");
+    Ladder<float> ladder(load_architecture());
+    ladder.install("PF->PFC", kFgBt, 1);
+    ASSERT_EQ(save_links(file.path, links_text(ladder)), "");
     if (!from.empty()) file.replace(from, to);
     testing::Loopback bus;
     CognitionParams params = given;
@@ -388,13 +428,13 @@ TEST(CognitionNode, RefusesLinksThatDoNotFit) {
       EXPECT_NE(std::string(e.what()).find(file.path), std::string::npos) << e.what();
     }
   };
-  refused("\"version\":1", "\"version\":2", "is of version 2, expected 1");
+  refused("\"version\":2", "\"version\":1", "is of version 1, expected 2");
   refused("mimesis-links", "other", "expected \"format\"");
-  refused("", "", "was learned with field.neurons = 128, here it is 64",
-          {.imitator = {.ladder = {.field = {.neurons = 64}}}});
-  refused("\"inhibition\":1.0", "\"inhibition\":1.5", "field.inhibition = 1.5");
+  const ArchitectureFile wide("field: {neurons: 128", "field: {neurons: 192");
+  refused("", "", "was learned with PF.neurons = 128, here it is 192", {.architecture = wide.path});
+  refused("\"inhibition\":1.0", "\"inhibition\":1.5", "PF.inhibition = 1.5");
   refused("PF->PFC", "PF->PFX", "PF->PFC");
-  refused("\"PF->PFC\":[[", "\"PF->PFC\":[[2", "reaches beyond 128 neurons");
+  refused("\"PF->PFC\":[[", "\"PF->PFC\":[[2", "reaches beyond 128 x 128 neurons");
   refused("{\"format", "[\"format", "no file of links");
   testing::Loopback bus;
   EXPECT_THROW(CognitionNode({.links = "/nowhere/links.json"}, bus), ConfigError);

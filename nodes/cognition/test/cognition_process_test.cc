@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/testing/process.h"
+#include "nodes/cognition/test/files.h"
 #include "proto/cognition.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/vision.pb.h"
@@ -57,11 +58,12 @@ class Partner {
 };
 
 TEST(CognitionProcess, DecidesAndLearns) {
+  const ArchitectureFile quick("window_s: 2,", "window_s: 0.2,");
   TestGraph graph;
   Partner partner(graph);
   Process node(graph, kCognition,
                {"--in", "observation=test/observation", "--in", "task=test/task", "--set",
-                "learning.window_s=0.2", "--set", "practice=[]"});
+                "architecture=" + quick.path, "--set", "practice=[]"});
   partner.seen.set_grip(v1::GRIP_FULL);
   partner.seen.set_grip_confidence(std::nan(""));  // dropped at the port
   int messages = 0;
@@ -103,12 +105,15 @@ TEST(CognitionProcess, BadConfigurationExitsWith2AndNamesTheKey) {
     EXPECT_EQ(node.wait(), 2) << setting;
     EXPECT_NE(node.errors().find(what), std::string::npos) << node.errors();
   };
-  refused("gain.pf_to_pfcc=1", "did you mean 'gain.pf_to_pfc'");
-  refused("field.resting_level=1", "resting_level");
+  refused("architectur=a.yaml", "did you mean 'architecture'");
+  refused("architecture=/nowhere/ladder.yaml", "no such file");
   refused("practice=[\"full,below,middle\"]",
           "cognition.practice[0]: 'full,below,middle': 'middle' is neither high nor low");
   refused("rate_hz=77", "cognition.rate_hz");
-  refused("field.excitation=0.5", "self-sustained");
+  const ArchitectureFile weak("excitation: 2.4", "excitation: 0.5");
+  refused("architecture=" + weak.path, "self-sustained");
+  const ArchitectureFile renamed("name: PF,", "name: PX,");
+  refused("architecture=" + renamed.path, ":13:5: fields.2: a robot that imitates needs PF here");
 }
 
 }  // namespace

@@ -1,0 +1,93 @@
+#include "nodes/cognition/architecture_node.h"
+
+#include <memory>
+
+#include "common/runtime/param_source.h"
+
+namespace mimesis::cognition {
+namespace {
+
+using runtime::ParamVisitor;
+
+void visit(ParamVisitor& v, FieldParams& p) {
+  v("neurons", p.neurons, 16, 4096);
+  v("rows", p.rows, 1, 1024);
+  v("dx", p.dx, 0.01, 100.0);
+  v("tau_s", p.tau_s, 0.001, 10.0);
+  v("resting_level", p.resting_level, -50.0, -0.01);
+  v("slope", p.slope, 0.1, 50.0);
+  v("threshold1", p.threshold1, -10.0, 10.0);
+  v("threshold2", p.threshold2, -10.0, 10.0);
+  v("excitation", p.excitation, 0.0, 100.0);
+  v("width", p.width, 0.1, 100.0);
+  v("inhibition", p.inhibition, 1e-6, 100.0);
+}
+
+void visit(ParamVisitor& v, FieldSpec& f) {
+  v("name", f.name);
+  v("sites", f.sites);
+  v("at", f.at, -1e6, 1e6, 0);
+  visit(v, f.params);
+}
+
+void visit(ParamVisitor& v, LinkSpec& l) {
+  v("from", l.from);
+  v("to", l.to);
+  v("gain", l.gain, 0.0, 50.0);
+  v("form", l.form, {"dense", "low_rank", "gaussian"});
+  v("learns", l.learns, {"never", "babbling", "success"});
+  v("pairs", l.pairs);
+  v("width", l.width, 0.1, 100.0);
+  v("along", l.along, {"x", "y"});
+}
+
+void visit(ParamVisitor& v, InputSpec& i) {
+  v("name", i.name);
+  v("into", i.into);
+  v("gain", i.gain, 0.0, 50.0);
+  v("sites", i.sites);
+}
+
+template <class Spec>
+void visit_list(ParamVisitor& v, std::string_view key, std::vector<Spec>& items,
+                const Spec& fresh = {}) {
+  v.elements(
+      key, items.size(), [&](std::size_t n) { items.resize(n, fresh); },
+      [&](ParamVisitor& g, std::size_t i) { visit(g, items[i]); });
+}
+
+void visit(ParamVisitor& v, Architecture& a) {
+  int version = 0;  // must be given
+  FieldSpec common;
+  v("version", version, 1, 1);
+  v("dt_s", a.dt_s, 1e-5, 0.1);
+  v.group("input", [&](ParamVisitor& g) {
+    g("width", a.input_width, 0.1, 100.0);
+    g("window_s", a.input_window_s, 0.001, 100.0);
+  });
+  v.group("learning", [&](ParamVisitor& g) {
+    g("tau_s", a.learning.tau_s, 0.001, 1000.0);
+    g("window_s", a.learning.window_s, 0.001, 1000.0);
+    g("local_above", a.learning.local_above, -50.0, 50.0);
+  });
+  v.group("field", [&](ParamVisitor& g) { visit(g, common.params); });
+  visit_list(v, "fields", a.fields, common);
+  visit_list(v, "links", a.links);
+  visit_list(v, "inputs", a.inputs);
+  v("babbling", a.babbling);
+}
+
+}  // namespace
+
+Architecture load_architecture(const std::string& file) {
+  const auto source = std::make_shared<runtime::ParamSource>(
+      runtime::find_model_file(file), std::vector<std::string>{}, std::vector<std::string>{});
+  Architecture a;
+  source->read("", [&](ParamVisitor& v) { visit(v, a); });
+  a.place = [source](const std::string& path) {
+    return runtime::to_string(source->place_of(path));
+  };
+  return a;
+}
+
+}  // namespace mimesis::cognition

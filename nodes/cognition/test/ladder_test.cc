@@ -1,0 +1,166 @@
+#include "nodes/cognition/ladder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/error.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/cognition/test/files.h"
+#include "nodes/cognition/test/wired.h"
+#include "nodes/cognition/trial.h"
+
+namespace mimesis::cognition {
+namespace {
+
+/// Two features that are seen, their combination in a plane, and what it stands for.
+constexpr const char* kPlane = R"(
+version: 1
+fields:
+  - {name: shape, neurons: 64, sites: [round, long]}
+  - {name: hue, neurons: 64, sites: [red, blue]}
+  - {name: object, neurons: 64, rows: 64, sites: [apple, plum, pepper],
+     at: [16, 16, 16, 48, 48, 16], excitation: 0.5, inhibition: 0.15}
+  - {name: word, neurons: 192, sites: [apple, plum, pepper]}
+links:
+  - {from: shape, to: object, gain: 3.5, form: gaussian}
+  - {from: hue, to: object, gain: 3.5, form: gaussian, along: y}
+  - {from: object, to: word, gain: 4, form: low_rank, pairs: [apple>apple, plum>plum, pepper>pepper]}
+)";
+
+template <class Real>
+std::vector<int> named(const std::string& file, int shape, int hue) {
+  Ladder<Real> ladder(load_architecture(file));
+  Stimulus seen(ladder.architecture());
+  const Stimulus none = seen;
+  if (shape >= 0) seen.at(std::size_t{0}, shape) = 5.0;
+  if (hue >= 0) seen.at(std::size_t{1}, hue) = 5.0;
+  for (int t = 0; t < 600; ++t) {
+    const testing::NoMalloc guard;
+    ladder.step(t < 300 ? seen : none);
+  }
+  return {read_peaks(ladder, std::size_t{2}).site, read_peaks(ladder, std::size_t{3}).site};
+}
+
+TEST(Ladder, AnotherOneIsAFile) {
+  const PassingFile file("plane.yaml");
+  file.write(kPlane);
+  EXPECT_EQ(named<double>(file.path, 0, 0), (std::vector{0, 0}));
+  EXPECT_EQ(named<double>(file.path, 0, 1), (std::vector{1, 1}));
+  EXPECT_EQ(named<float>(file.path, 1, 0), (std::vector{2, 2}));
+  EXPECT_EQ(named<double>(file.path, 0, -1), (std::vector{-1, -1}));  // a stripe is no peak
+}
+
+TEST(Ladder, GaussianLinksFallWithTheDistanceAlongTheirAxis) {
+  const PassingFile file("plane.yaml");
+  file.write(kPlane);
+  const Ladder<double> ladder(load_architecture(file.path));
+  const auto& link = ladder.link("hue->object");
+  EXPECT_NEAR(link.weight(15, 10) / link.weight(10, 10), std::exp(-0.5), 1e-12);
+  EXPECT_EQ(link.weight(31, 10), 0.0);
+  double sum = 0.0;
+  for (std::size_t y = 0; y < 64; ++y) sum += link.weight(32, y);
+  EXPECT_NEAR(sum, 3.5, 0.01);  // gain: a whole field of full rate
+}
+
+/// w * f₂ − w_inhib ∫ f₂ at one neuron of a 1-D field.
+double bracket(const NeuralField<double>& field, std::size_t x) {
+  const FieldParams& p = field.params();
+  double sum = 0.0;
+  for (std::size_t y = 0; y < field.rate().size(); ++y) {
+    const double d = (static_cast<double>(x) - static_cast<double>(y)) * p.dx / p.width;
+    const double w = std::abs(d) > 4.0 ? 0.0 : p.excitation * std::exp(-0.5 * d * d);
+    sum += (w - p.inhibition) * field.rate()[y] * p.dx;
+  }
+  return sum;
+}
+
+// ū = ∫ w f + h + S with S = ∫ A f of the other fields, where the gate f₁ is open; eq. 2.5 leaves
+// the inhibition away.
+TEST(Ladder, PatternsAreTheEquilibriumOfEquation25) {
+  Ladder<double> ladder(load_architecture());
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("precision,above,high")));
+  run_trial(ladder, {.shown = parse_sequence("precision,above,high"), .duration_s = 4.0});
+  const Architecture& a = ladder.architecture();
+  const Stimulus task = task_stimulus(a);
+  int open = 0;
+  for (const Layer layer : {Layer::pf, Layer::f5_grip, Layer::pfc}) {
+    const auto& field = ladder.field(layer);
+    const FieldSpec& spec = a.fields[index(layer)];
+    for (std::size_t x = 0; x < field.activity().size(); ++x) {
+      double s = 0.0;
+      for (const LinkSpec& link : a.links) {
+        if (link.to != spec.name) continue;
+        const auto rate = ladder.field(a.field_index(link.from)).rate();
+        for (std::size_t y = 0; y < rate.size(); ++y) {
+          s += ladder.link(link.name()).weight(x, y) * rate[y];
+        }
+      }
+      double told = ladder.input_at(task, index(layer), x);
+      for (std::size_t l = 0; l < a.links.size(); ++l) told += ladder.input_at(l, index(layer), x);
+      for (int site = 0; site < sites(layer); ++site) {
+        const double d = (static_cast<double>(x) - site_place(spec, site).x) / a.input_width;
+        s += task.at(index(layer), site) * std::exp(-0.5 * d * d);
+      }
+      EXPECT_NEAR(told, s, 1e-9) << spec.name << x;
+      const double u = field.activity()[x], lateral = bracket(field, x);
+      const double gate = 1.0 / (1.0 + std::exp(-2.0 * (u - spec.params.threshold1)));
+      EXPECT_NEAR(u, spec.params.resting_level + s + gate * lateral, 1e-3) << spec.name << x;
+      if (gate < 0.999) continue;
+      EXPECT_NEAR(u, spec.params.resting_level + s + lateral, 0.02) << spec.name << x;
+      ++open;
+    }
+  }
+  EXPECT_GT(open, 10);
+}
+
+TEST(Ladder, BabblingEndsInEquation24) {  // of the fields alone, as if its pairs had been wired
+  const Ladder<double> closed(wired(load_architecture())), babbled(load_architecture());
+  double worst = 0.0, largest = 0.0;
+  for (std::size_t y = 0; y < 128; ++y) {
+    for (std::size_t x = 0; x < 128; ++x) {
+      const double exact = closed.link("STSg->PF").weight(x, y);
+      worst = std::max(worst, std::abs(babbled.link("STSg->PF").weight(x, y) - exact));
+      largest = std::max(largest, exact);
+    }
+  }
+  EXPECT_NEAR(worst / largest, std::exp(-5.0), 1e-3);  // 2 s at τ_s = 0.4 s
+}
+
+TEST(Ladder, RefusesWhatCannotWorkWithItsLine) {
+  const auto refused = [](const std::string& from, const std::string& to, const std::string& why) {
+    const ArchitectureFile file(from, to);
+    try {
+      Ladder<float> ladder(load_architecture(file.path));
+      ASSERT_TRUE(rehearse(ladder, parse_sequence("full,below,low")));
+      ladder.check_rest();
+      ADD_FAILURE() << "accepted: " << to;
+    } catch (const ConfigError& e) {
+      const std::string line = e.what();
+      EXPECT_NE(line.find(why), std::string::npos) << line;
+      EXPECT_TRUE(line.starts_with(file.path + ":")) << line;
+    }
+  };
+  refused("to: PFC, gain: 1.9", "to: PFX, gain: 1.9",
+          "links.8.to: 'PFX' is no field; there are STSg, STSt, PF, F5g, F5t, PFC, COL");
+  refused("from: COL, to: PFC", "from: PF, to: PFC", "there is another link PF->PFC");
+  refused("neurons: 128", "neurons: 5", "field.neurons");
+  refused("sites: [high, low], ", "sites: [high, low], at: [32], ",
+          "fields.5.at: has 1 numbers, expected 2 for 2 sites");
+  refused("sites: [high, low], ", "sites: [high, low], at: [32, 128], ", "low is outside");
+  refused("sites: [PG-AT, FG-BT]", "sites: [PG-AT, FGBT]", "'FGBT' is no site of PF");
+  refused("STSg=FG STSt=BT", "STSg=FG STSt=B", "babbling.1: 'STSt=B', expected FIELD=SITE");
+  refused("gain: 1.9, learns: success", "gain: 1.9, form: low_rank, learns: success",
+          "cannot learn");
+  refused("excitation: 2.4", "excitation: 0.5", "self-sustained");
+  refused("to: PFC, gain: 1.9", "to: PFC, gain: 19", "links.8.gain: PFC ignites without anything");
+  refused("tau_s: 0.011", "tau_s: 0.0009", "fields.2.tau_s");
+  refused("name: COL,", "name: COL, rows: 2, at: [1, 1, 9, 1], neurons: 40,", "multiple of 16");
+  refused("into: PF,", "in: PF,", "inputs.4.in: unknown parameter");
+}
+
+}  // namespace
+}  // namespace mimesis::cognition

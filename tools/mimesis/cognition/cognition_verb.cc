@@ -1,0 +1,185 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/plot/gnuplot.h"
+#include "proto/cognition.pb.h"
+#include "tools/mimesis/field_text.h"
+#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/table.h"
+#include "tools/mimesis/verb.h"
+
+namespace mimesis::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct ExplainOptions {
+  std::string log, plot;
+  int number = 0;  ///< of the decision to draw; 0: the last
+  bool json = false;
+};
+
+/// max u of each field at one time.
+struct Sample {
+  double time_s;
+  std::vector<double> peaks;
+};
+
+/// What a log says of decisions; times are from its start.
+struct Record {
+  std::vector<v1::Explanation> explanations;
+  std::vector<double> fallen_s;
+  std::vector<std::string> fields;
+  std::vector<Sample> samples;
+};
+
+Record read_record(const std::vector<OpenLog>& logs) {
+  Record record;
+  const Span span = span_of(logs);
+  const auto wanted = [&](const log::Channel& c) {
+    return c.topic.ends_with("/explanation") || c.topic.ends_with("/fields");
+  };
+  scan_logs(logs, {wanted}, "explain", [&](const Item& item) {
+    const std::string type = item.schema == nullptr ? "" : item.schema->name;
+    const double time_s = static_cast<double>(item.message->log_time - span.start_ns) * 1e-9;
+    v1::FieldActivity activity;
+    v1::Explanation explanation;
+    if (type == explanation.GetTypeName() && parse(item, explanation)) {
+      record.explanations.push_back(explanation);
+      record.fallen_s.push_back(time_s);
+    } else if (type == activity.GetTypeName() && parse(item, activity)) {
+      Sample sample{time_s, {}};
+      record.fields.clear();
+      for (const v1::Field& f : activity.fields()) {
+        record.fields.push_back(f.name());
+        sample.peaks.push_back(f.u().empty() ? 0.0 : *std::ranges::max_element(f.u()));
+      }
+      record.samples.push_back(std::move(sample));
+    }
+  });
+  return record;
+}
+
+/// "precision" of GRIP_PRECISION, "-" if unspecified.
+std::string word(std::string name, const std::string& prefix) {
+  name = name.substr(prefix.size());
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name == "unspecified" ? "-" : name;
+}
+
+std::string told(const v1::Explanation& e, double time_s) {
+  const v1::Decision& d = e.decision();
+  if (!d.settled()) return fmt::format("{:.2f} s: no decision: {}", time_s, d.reason());
+  return fmt::format("{:.2f} s: decided {}, {}, {} after {:.2f} s, confidence {:.2f}", time_s,
+                     word(v1::Grip_Name(d.grip()), "GRIP_"),
+                     word(v1::Transport_Name(d.transport()), "TRANSPORT_"),
+                     word(v1::Goal_Name(d.goal()), "GOAL_"), e.deciding_s(), e.confidence());
+}
+
+void print(const v1::Explanation& e, double time_s) {
+  std::cout << told(e, time_s) << '\n';
+  Table table({"  FIELD", "SITE", "ACTIVE AFTER", "LEAD", "CARRIED BY"});
+  for (const v1::FieldReason& f : e.fields()) {
+    std::string by;
+    for (const v1::Influence& i : f.influences()) {
+      if (i.input() < 0.005 && i.input() > -0.005) continue;
+      by += fmt::format("{}{} {:.2f}", by.empty() ? "" : " + ", i.from(), i.input());
+    }
+    table.row({"  " + f.field(), f.site(), fmt::format("{:.0f} ms", 1000.0 * f.onset_s()),
+               fmt::format("{:.2f}", f.lead()), by});
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+}
+
+/// Activity over time around one decision; an arrow where each field became active.
+void draw(const Record& record, std::size_t at, const std::string& png) {
+  const v1::Explanation& e = record.explanations[at];
+  const double end_s = record.fallen_s[at], onset_s = end_s - e.deciding_s();
+  double from_s = onset_s - 0.3;
+  std::vector<plot::Data> data;
+  std::string script = fmt::format(
+      "set title {} font 'sans,12'\nset xlabel 'time of the log [s]'\nset ylabel 'max u'\nset key "
+      "outside right\nset xrange [{}:{}]\n",
+      plot::quoted(told(e, end_s)), from_s, end_s + 0.2);
+  std::string curves = "plot 0 lt 7 dt 2 notitle";
+  for (std::size_t f = 0; f < record.fields.size(); ++f) {
+    plot::Data d{fmt::format("f{}", f), {}};
+    for (const Sample& s : record.samples) {
+      if (s.time_s >= from_s && s.time_s <= end_s + 0.2 && f < s.peaks.size()) {
+        d.rows.push_back({s.time_s, s.peaks[f]});
+      }
+    }
+    curves += fmt::format(", ${} using 1:2 with lines lt {} title {}", d.name, f + 1,
+                          plot::quoted(record.fields[f]));
+    for (const v1::FieldReason& reason : e.fields()) {
+      if (reason.field() != record.fields[f]) continue;
+      script += fmt::format("set arrow from {0},graph 0 to {0},graph 0.06 nohead lt {1} lw 3\n",
+                            onset_s + reason.onset_s(), f + 1);
+    }
+    data.push_back(std::move(d));
+  }
+  plot::plot_png(png, 1000, 460, data, script + curves);
+}
+
+int explain(const ExplainOptions& options) {
+  const auto logs = open_logs({options.log});
+  const Record record = read_record(logs);
+  if (record.explanations.empty()) {
+    throw VerbEnd{options.log + ": holds no decision of cognition (topic cognition/explanation)",
+                  3};
+  }
+  const auto count = static_cast<int>(record.explanations.size());
+  if (options.number > count) {
+    throw VerbEnd{fmt::format("--number {}: the log holds {}", options.number, count), 2};
+  }
+  if (options.json) {
+    Json all = Json::array();
+    for (std::size_t i = 0; i < record.explanations.size(); ++i) {
+      Json one = {{"time_s", record.fallen_s[i]}};
+      one.update(to_json(record.explanations[i]));
+      all.push_back(std::move(one));
+    }
+    std::cout << all.dump() << '\n';
+  } else {
+    for (std::size_t i = 0; i < record.explanations.size(); ++i) {
+      print(record.explanations[i], record.fallen_s[i]);
+    }
+  }
+  if (!options.plot.empty()) {
+    draw(record, static_cast<std::size_t>((options.number > 0 ? options.number : count) - 1),
+         options.plot);
+    std::cerr << "written: " << options.plot << '\n';
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_cognition(CLI::App& program, int& exit_code) {
+  CLI::App* verb =
+      program.add_subcommand("cognition", "Says why the neural fields decided as they did");
+  verb->require_subcommand(1);
+  auto options = std::make_shared<ExplainOptions>();
+  CLI::App* sub = verb->add_subcommand(
+      "explain", "Which inputs and links carried each field over its threshold, per decision");
+  sub->add_option("LOG", options->log, "A recorded run")->required();
+  sub->add_flag("--json", options->json, "A list with an object for each decision");
+  sub->add_option("--plot", options->plot, "Draw activity over time to this file (PNG)")
+      ->type_name("FILE");
+  sub->add_option("--number", options->number, "The decision to draw, from 1; default: the last")
+      ->check(CLI::PositiveNumber);
+  sub->footer(
+      "LEAD: share of the winner's input that the best other site lacks. Confidence is the least "
+      "of "
+      "PF, F5g, F5t, PFC.\nExit codes: 0 done, 1 failed, 2 usage, 3 no log, or one without "
+      "decisions.\nExamples:\n  mimesis cognition explain imitation.mcap --plot why.png");
+  on_run(*sub, exit_code, [options] { return explain(*options); });
+}
+
+}  // namespace mimesis::tool
