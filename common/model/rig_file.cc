@@ -86,22 +86,7 @@ image::Lens lens_of(const CameraEntry& c) {
   return lens;
 }
 
-}  // namespace
-
-std::optional<int> day_number(const std::string& date) {
-  int y = 0;
-  unsigned m = 0, d = 0;
-  char more = 0;
-  if (date.size() != 10 || std::sscanf(date.c_str(), "%4d-%2u-%2u%c", &y, &m, &d, &more) != 3)
-    return std::nullopt;
-  const std::chrono::year_month_day day{std::chrono::year(y), std::chrono::month(m),
-                                        std::chrono::day(d)};
-  if (!day.ok()) return std::nullopt;
-  return static_cast<int>(std::chrono::sys_days(day).time_since_epoch().count());
-}
-
-image::Rig load_rig(const std::string& file) {
-  const runtime::ParamSource source(runtime::find_model_file(file), {}, {});
+image::Rig read_rig(const runtime::ParamSource& source) {
   RigFile read;
   read.rig.pictures = 0;  // must be there
   read.rig.epipolar_px = -1.0;
@@ -126,6 +111,28 @@ image::Rig load_rig(const std::string& file) {
          c.held_out_px});
   }
   return rig;
+}
+
+}  // namespace
+
+std::optional<int> day_number(const std::string& date) {
+  int y = 0;
+  unsigned m = 0, d = 0;
+  char more = 0;
+  if (date.size() != 10 || std::sscanf(date.c_str(), "%4d-%2u-%2u%c", &y, &m, &d, &more) != 3)
+    return std::nullopt;
+  const std::chrono::year_month_day day{std::chrono::year(y), std::chrono::month(m),
+                                        std::chrono::day(d)};
+  if (!day.ok()) return std::nullopt;
+  return static_cast<int>(std::chrono::sys_days(day).time_since_epoch().count());
+}
+
+image::Rig load_rig(const std::string& file) {
+  return read_rig(runtime::ParamSource(runtime::find_model_file(file), {}, {}));
+}
+
+image::Rig parse_rig(const std::string& text, const std::string& name) {
+  return read_rig(runtime::ParamSource(runtime::parse_yaml(text, name)));
 }
 
 std::string rig_text(const image::Rig& rig) {

@@ -10,6 +10,9 @@ namespace mimesis::model {
 /// format or version, unknown or missing keys, values that no camera has.
 image::Rig load_rig(const std::string& file);
 
+/// Reads the text of such a file. @param name in front of messages
+image::Rig parse_rig(const std::string& text, const std::string& name);
+
 /// The text of such a file.
 std::string rig_text(const image::Rig& rig);
 

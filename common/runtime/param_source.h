@@ -95,6 +95,8 @@ class ParamSource {
   /// @throws ConfigError "file:line:col: what, expected what", see read_yaml
   ParamSource(const std::string& reference, const std::vector<std::string>& args,
               const std::vector<std::string>& sets);
+  /// All of a document, see parse_yaml().
+  explicit ParamSource(Yaml document) : document_(std::move(document)), section_(&document_) {}
 
   /// Reads into the struct behind `visit`. Every mistake is found, one per line of the error:
   ///   launch/crowd.yaml:7:22: crowd.k_1_s: 50 is outside [0.001, 10]

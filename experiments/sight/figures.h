@@ -13,6 +13,13 @@ reproduce::Figure stereo_calibration_figure();
 
 namespace mimesis::sight {
 
+/// Segmentation and places from two cameras on tables that vision was not told.
+reproduce::Figure segmentation_figure();
+
+/// The set-up [M18 fig. 2.3]: what vision tells of the teacher's table, and the robot's eye of its
+/// own.
+reproduce::Figure setup_figure();
+
 /// What vision is judged by [M18 2.1.1, 2.2.1]: calibration, and the hand tracker against hands,
 /// cameras and rooms that it does not know.
 std::vector<reproduce::Figure> figures();

@@ -2,8 +2,11 @@
 
 #include <chrono>
 
+#include "common/model/files.h"
+#include "common/model/rig_file.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
+#include "nodes/camera/random_scene.h"
 #include "nodes/camera/recorded_device_node.h"
 
 namespace mimesis::camera {
@@ -16,7 +19,10 @@ Picture picture_of(const CameraParams& p) {
   picture.script.only_grasp = p.shown == "grasp";
   picture.script.repeat = p.repeat;
   picture.seed = static_cast<std::uint64_t>(p.seed);
-  return picture;
+  if (p.scene != "random") return picture;
+  Picture random = random_scene(picture, picture.seed).picture;
+  if (p.source == "robot") random.clutter = 0;
+  return random;
 }
 
 std::chrono::nanoseconds monotonic() { return std::chrono::steady_clock::now().time_since_epoch(); }
@@ -52,14 +58,19 @@ std::unique_ptr<Source> open_source(const CameraParams& p, runtime::Bus& bus) {
 
 void CameraParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0, 240.0);
-  v("source", source, {"renderer", "v4l2", "video", "folder"});
+  v("source", source, {"renderer", "robot", "v4l2", "video", "folder"});
   v.file("path", path, "device, film or folder of images", false);
   v("record_frames", record_frames);
   v("repeat", repeat, 1, 1000000);
   v("teacher", teacher);
   v("color", color, {"light", "dark"});
   v("shown", shown, {"all", "grasp"});
+  v("scene", scene, {"usual", "random"});
+  v("stereo", stereo);
+  v("baseline_m", baseline_m, 0.01, 5.0);
   v("seed", seed, 0, 1 << 30);
+  v.file("robot", robot, "arm");
+  v("origin_m", origin_m, -10.0, 10.0, 3);
   v("start_s", picture.script.start_s, 0.0, 3600.0);
   v("duration_s", picture.script.duration_s, 1.0, 120.0);
   v("pause_s", picture.script.pause_s, 0.0, 3600.0);
@@ -75,41 +86,161 @@ void CameraParams::visit(runtime::ParamVisitor& v) {
   v.group("view", [this](runtime::ParamVisitor& g) { picture.view.visit(g); });
 }
 
-CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
-    : image_(bus, "image"), truth_(bus, "truth") {
-  bus.ports_end();
-  if (params.source == "renderer") {
-    auto rendered = std::make_unique<Rendered>(picture_of(params));
-    rendered_ = rendered.get();
-    source_ = std::move(rendered);
-  } else {
-    source_ = open_source(params, bus);
+namespace {
+
+image::Rig rig_of(const std::vector<image::Camera>& cameras, const CameraParams& p) {
+  image::Rig rig;
+  rig.date = "1970-01-01";  // simulated time begins then
+  rig.board = "none: rendered cameras";
+  rig.frame = image::Rig::Frame::table;
+  rig.pictures = 1;
+  std::vector<image::Camera> known = cameras;
+  // The robot's own eye is never known exactly, nor are cameras that somebody set up at random.
+  if (known.size() == 2 && (p.scene == "random" || p.source == "robot")) {
+    const auto told = calibrated({known[0], known[1]}, static_cast<std::uint64_t>(p.seed));
+    known.assign(told.begin(), told.end());
   }
-  message_.set_encoding("bgr8");
-  message_.set_frame_id("camera");
+  rig.cameras.push_back({"left", known[0]});
+  if (known.size() == 2) rig.cameras.push_back({"right", known[1]});
+  return rig;
 }
 
-void CameraNode::step(runtime::Time now) {
+v1::BlobKind kind_of(const std::string& name) {
+  if (name == "object") return v1::BLOB_KIND_OBJECT;
+  if (name == "bridge") return v1::BLOB_KIND_BRIDGE;
+  return name == "goal_high" ? v1::BLOB_KIND_GOAL_HIGH : v1::BLOB_KIND_GOAL_LOW;
+}
+
+v1::ColorLesson lesson_of(const std::vector<Click>& clicks) {
+  v1::ColorLesson lesson;
+  for (const Click& c : clicks) {
+    v1::ColorRegion& region = *lesson.add_regions();
+    region.set_kind(kind_of(c.name));
+    region.set_left(static_cast<std::uint32_t>(std::max(c.left, 0)));
+    region.set_top(static_cast<std::uint32_t>(std::max(c.top, 0)));
+    region.set_width(static_cast<std::uint32_t>(c.width));
+    region.set_height(static_cast<std::uint32_t>(c.height));
+  }
+  return lesson;
+}
+
+}  // namespace
+
+CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
+    : params_(params),
+      picture_(picture_of(params)),
+      image_(bus, "image"),
+      right_(bus, "right"),
+      rig_(bus, "rig", {.latched = true}),
+      lesson_(bus, "lesson", {.latched = true}),
+      truth_(bus, "truth"),
+      scene_(bus, "scene", {.optional = true}),
+      state_(bus, "state", {.optional = true}),
+      arm_(bus, "arm", {.optional = true}),
+      ports_end_(bus) {
+  message_.set_encoding("bgr8");
+  message_.set_frame_id("camera");
+  if (!rendered()) {
+    source_ = open_source(params, bus);
+    return;
+  }
+  const image::View& view = picture_.view;
+  const auto pair = params.scene == "random"
+                        ? random_cameras(view, static_cast<std::uint64_t>(params.seed))
+                        : usual_cameras(view, params.baseline_m);
+  cameras_.assign(pair.begin(), pair.begin() + (params.stereo ? 2 : 1));
+  pictures_.resize(cameras_.size());
+  if (params.source == "robot") {
+    arm_model_ = model::load_arm(params.robot);
+    return;
+  }
+  for (std::size_t eye = 0; eye < cameras_.size(); ++eye) {
+    teacher_.push_back(std::make_unique<Renderer>(picture_, cameras_[eye], static_cast<int>(eye)));
+  }
+}
+
+void CameraNode::step(runtime::Time now) { rendered() ? step_rendered(now) : step_source(now); }
+
+void CameraNode::step_source(runtime::Time now) {
   const std::optional<Frame> frame = source_->next(now);
   if (const std::string news = source_->news(); !news.empty()) runtime::warn("{}", news);
-  if (!frame) return;
-  const image::Image& image = *frame->image;
+  if (frame) send(*frame->image, image_, frame->stamp);
+}
+
+void CameraNode::step_rendered(runtime::Time now) {
+  if (!(params_.source == "robot" ? render_robot(now) : render_teacher(now))) return;
+  if (!first_sent_) publish_first(now);
+  first_sent_ = true;
+  send(pictures_[0], image_, now);
+  if (pictures_.size() > 1) send(pictures_[1], right_, now);
+}
+
+bool CameraNode::render_teacher(runtime::Time now) {
+  if (!start_) start_ = now;
+  const double t_s = to_seconds(now - *start_);
+  for (std::size_t eye = 0; eye < teacher_.size(); ++eye)
+    teacher_[eye]->render(t_s, pictures_[eye]);
+  publish_truth(teacher_[0]->truth(t_s), now);
+  return true;
+}
+
+/// Nothing before the table and the arm are known.
+bool CameraNode::render_robot(runtime::Time now) {
+  const v1::Scene* scene = scene_.get();
+  const v1::WorldState* state = state_.get();
+  const v1::JointState* arm = arm_.get();
+  const bool ready = scene != nullptr && state != nullptr && arm != nullptr &&
+                     arm->position_rad_size() == arm_model_.dof();
+  if (!ready) return false;
+  if (robot_.empty()) {
+    const kin::Table table = model::from_proto(*scene);
+    const Eigen::Vector3d origin = Eigen::Vector3d::Map(params_.origin_m.data());
+    for (std::size_t eye = 0; eye < cameras_.size(); ++eye) {
+      robot_.push_back(std::make_unique<RobotRenderer>(table, picture_.table.paints, origin,
+                                                       cameras_[eye], picture_.faults,
+                                                       picture_.seed, static_cast<int>(eye)));
+    }
+  }
+  std::vector<Eigen::Isometry3d> X;
+  kin::forward(arm_model_, Eigen::VectorXd::Map(arm->position_rad().data(), arm_model_.dof()), X);
+  Eigen::Matrix3Xd centers;
+  kin::ball_centers(arm_model_, X, centers);
+  std::vector<kin::Ball> balls;
+  for (std::size_t i = 0; i < arm_model_.balls.size(); ++i)
+    balls.push_back({centers.col(static_cast<Eigen::Index>(i)), arm_model_.balls[i].radius});
+  const auto& p = state->object_position_in_world_m();
+  for (std::size_t eye = 0; eye < robot_.size(); ++eye)
+    robot_[eye]->render(balls, {p.x_m(), p.y_m(), p.z_m()}, to_seconds(now), pictures_[eye]);
+  return true;
+}
+
+/// The calibration, and what somebody who sees the first image would teach.
+void CameraNode::publish_first(runtime::Time stamp) {
+  v1::CameraRig rig;
+  rig.set_text(model::rig_text(rig_of(cameras_, params_)));
+  rig_.send(rig, stamp);
+  auto lesson = lesson_of(robot_.empty() ? clicks(picture_, cameras_[0]) : robot_[0]->clicks());
+  lesson_.send(lesson, stamp);
+}
+
+void CameraNode::send(const image::Image& image, runtime::Out<foxglove::RawImage>& out,
+                      runtime::Time stamp) {
   message_.set_width(static_cast<std::uint32_t>(image.width));
   message_.set_height(static_cast<std::uint32_t>(image.height));
   message_.set_step(3 * static_cast<std::uint32_t>(image.width));
   message_.set_data(image.bgr.data(), image.bgr.size());
-  image_.send(message_, frame->stamp);
-  if (rendered_ != nullptr) publish_truth(frame->stamp);
+  out.send(message_, stamp);
 }
 
 void CameraNode::change(const Params& params) {
-  if (rendered_ == nullptr)
-    throw ConfigError("source: light and lens are those of the renderer, this is " + params.source);
-  rendered_->change(picture_of(params));
+  if (!rendered())
+    throw ConfigError("source: light and lens are those of a renderer, this is " + params.source);
+  picture_.faults = picture_of(params).faults;
+  for (const auto& eye : teacher_) eye->change_faults(picture_.faults);
+  for (const auto& eye : robot_) eye->change_faults(picture_.faults);
 }
 
-void CameraNode::publish_truth(runtime::Time stamp) {
-  const Truth truth = rendered_->truth();
+void CameraNode::publish_truth(const Truth& truth, runtime::Time stamp) {
   v1::TeacherScene scene;
   scene.set_object_x_m(truth.object.x());
   scene.set_object_y_m(truth.object.y());

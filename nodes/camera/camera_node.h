@@ -1,54 +1,45 @@
 #pragma once
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "common/kin/arm.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "common/time.h"
 #include "nodes/camera/renderer.h"
+#include "nodes/camera/robot_renderer.h"
 #include "nodes/camera/source/source.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/image.pb.h"
+#include "proto/scene.pb.h"
 #include "proto/vision.pb.h"
+#include "proto/world.pb.h"
 
 namespace mimesis::camera {
 
-/// The renderer as a source: its time starts with the first call.
-class Rendered final : public Source {
- public:
-  explicit Rendered(const Picture& picture) : renderer_(picture) {}
-  std::optional<Frame> next(std::chrono::nanoseconds now) override {
-    if (!start_) start_ = now;
-    shown_s_ = to_seconds(now - *start_);
-    renderer_.render(shown_s_, image_);
-    return Frame{&image_, now};
-  }
-  std::string news() override { return {}; }
-  Truth truth() const { return renderer_.truth(shown_s_); }
-  void change(const Picture& picture) { renderer_.change_faults(picture.faults); }
-
- private:
-  Renderer renderer_;
-  std::optional<std::chrono::nanoseconds> start_;
-  double shown_s_ = 0.0;
-  image::Image image_;
-};
-
 struct CameraParams {
   double rate_hz = 30.0;            ///< rate of looking for frames [Hz]
-  std::string source = "renderer";  ///< source of images: renderer, v4l2, video or folder
+  std::string source = "renderer";  ///< renderer (teacher), robot (rendered), v4l2, video, folder
   std::string path;                 ///< device, film or folder
   bool record_frames = false;       ///< v4l2: keeps the device's frames, for replays
   int repeat = 1;  ///< number of demonstrations, or of passes of a film or folder [1]
   std::string teacher = "precision,above,high";  ///< renderer: grip,transport,goal
   std::string color = "light";                   ///< renderer: colour of the object
-  std::string shown = "all";  ///< renderer: all, or grasp (the teacher stops after it)
-  int seed = 1;               ///< renderer: seed of noise and clutter [1]
-  Picture picture;            ///< renderer: scene and light
+  std::string shown = "all";        ///< renderer: all, or grasp (the teacher stops after it)
+  std::string scene = "usual";      ///< rendered: usual, or random (drawn with the seed)
+  bool stereo = false;              ///< rendered: a second camera
+  double baseline_m = 0.3;          ///< rendered: from the first camera to the second
+  int seed = 1;                     ///< rendered: seed of noise, clutter and scene [1]
+  std::string robot = "lwr4.yaml";  ///< robot: arm before the table, in models/
+  std::vector<double> origin_m{0.52, 0.0, -0.01};  ///< robot: origin of frame T in W
+  Picture picture;                                 ///< rendered: scene, light, view
 
   void visit(runtime::ParamVisitor& v);
 };
 
-/// Publishes images of the teacher's table; with the renderer also the truth.
+/// Publishes images of a table; of a rendered one also the calibration of its cameras and a
+/// lesson of its colours, of the teacher's the truth.
 class CameraNode {
  public:
   using Params = CameraParams;
@@ -57,13 +48,35 @@ class CameraNode {
   void change(const Params& params);  ///< light and lens, from the next image on
 
  private:
-  void publish_truth(runtime::Time stamp);
+  void step_rendered(runtime::Time now);
+  void step_source(runtime::Time now);
+  bool render_teacher(runtime::Time now);
+  bool render_robot(runtime::Time now);
+  void publish_first(runtime::Time stamp);
+  void publish_truth(const Truth& truth, runtime::Time stamp);
+  void send(const image::Image& image, runtime::Out<foxglove::RawImage>& out, runtime::Time stamp);
+  bool rendered() const { return params_.source == "renderer" || params_.source == "robot"; }
 
-  std::unique_ptr<Source> source_;
-  Rendered* rendered_ = nullptr;  ///< source_, if it is the renderer
+  Params params_;
+  Picture picture_;
   foxglove::RawImage message_;
-  runtime::Out<foxglove::RawImage> image_;
+  runtime::Out<foxglove::RawImage> image_, right_;
+  runtime::Out<v1::CameraRig> rig_;
+  runtime::Out<v1::ColorLesson> lesson_;
   runtime::Out<v1::TeacherScene> truth_;
+  runtime::Latest<v1::Scene> scene_;
+  runtime::Latest<v1::WorldState> state_;
+  runtime::Latest<v1::JointState> arm_;
+  runtime::PortsEnd ports_end_;
+
+  std::unique_ptr<Source> source_;  ///< null if rendered
+  std::vector<image::Camera> cameras_;
+  std::vector<std::unique_ptr<Renderer>> teacher_;
+  std::vector<std::unique_ptr<RobotRenderer>> robot_;
+  kin::ArmModel arm_model_;
+  std::optional<runtime::Time> start_;
+  std::vector<image::Image> pictures_;  ///< of cameras_
+  bool first_sent_ = false;
 };
 
 }  // namespace mimesis::camera

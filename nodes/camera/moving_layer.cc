@@ -116,7 +116,7 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
   }
 }
 
-MovingLayer::MovingLayer(const image::Pinhole& camera, const TablePicture& table)
+MovingLayer::MovingLayer(const image::Camera& camera, const TablePicture& table)
     : camera_(camera),
       table_(table),
       shadow_(area(camera.width() / kCoarse, camera.height() / kCoarse)),

@@ -32,7 +32,7 @@ struct MovingCylinder {
 /// and a soft shadow on the table top.
 class MovingLayer {
  public:
-  MovingLayer(const image::Pinhole& camera, const TablePicture& table);
+  MovingLayer(const image::Camera& camera, const TablePicture& table);
 
   /// Paints into `image`, which holds a copy of the table's picture.
   void draw(std::span<const Capsule> hand, const MovingCylinder& object, image::Image& image);
@@ -45,7 +45,7 @@ class MovingLayer {
   void draw_cylinder(const MovingCylinder& cylinder, image::Image& image);
   void blend(int u, int v, float depth, float coverage, const Bgr& color, image::Image& image);
 
-  const image::Pinhole& camera_;
+  const image::Camera& camera_;
   const TablePicture& table_;
   std::vector<float> depth_;
   std::vector<std::uint8_t> shadow_, soft_,

@@ -26,9 +26,6 @@ double normal(std::mt19937_64& random) {
   return std::sqrt(-2.0 * std::log(a)) * std::cos(2.0 * M_PI * b);
 }
 
-const Bgr kLightGreen(118.0f, 222.0f, 120.0f);
-const Bgr kDarkGreen(44.0f, 106.0f, 26.0f);
-
 }  // namespace
 
 PictureFaults::PictureFaults(const Faults& faults, std::uint64_t seed)
@@ -73,19 +70,22 @@ void PictureFaults::add_noise(std::uint64_t frame, image::Image& image) const {
   }
 }
 
-Renderer::Renderer(const Picture& picture)
+Renderer::Renderer(const Picture& picture, const image::Camera& camera, int eye)
     : picture_(picture),
-      camera_(picture.view),
+      camera_(camera),
+      noise_seed_(picture.seed + (static_cast<std::uint64_t>(eye) << 40)),
       motion_(picture.script, picture.table),
       table_(draw_table(picture.table, camera_, picture.clutter, picture.seed)),
       layer_(camera_, table_),
-      faults_(picture.faults, picture.seed) {}
+      faults_(picture.faults, noise_seed_) {}
 
 void Renderer::render(double t_s, image::Image& out) {
   const TeacherPose pose = motion_.pose(t_s);
   out = table_.color;
   hand_capsules(pose, picture_.script.lesson.grip, hand_);
-  const Bgr& color = picture_.script.color == Color::light ? kLightGreen : kDarkGreen;
+  const Paints& paints = picture_.table.paints;
+  const bool light = picture_.script.color == Color::light;
+  const Bgr& color = light ? paints.light_object : paints.dark_object;
   layer_.draw(hand_,
               {pose.object, picture_.table.object_radius_m, picture_.table.object_height_m, color},
               out);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/image/pinhole.h"
+#include "common/image/rig.h"
 #include "nodes/camera/moving_layer.h"
 #include "nodes/camera/table_picture.h"
 #include "nodes/camera/teacher.h"
@@ -58,20 +58,23 @@ struct Picture {
 class Renderer {
  public:
   /// @throws ConfigError if the lesson cannot be shown on this table or the view is impossible.
-  explicit Renderer(const Picture& picture);
+  explicit Renderer(const Picture& picture) : Renderer(picture, picture.view, 0) {}
+  /// The same seen by another eye, which has noise of its own. @param eye 0, 1, ...
+  Renderer(const Picture& picture, const image::Camera& camera, int eye);
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
   /// @param t_s time since the start [s]; `out` is resized to the view.
   void render(double t_s, image::Image& out);
   /// Light and lens of the images to come; the still part of the table stays as it was painted.
-  void change_faults(const Faults& faults) { faults_ = PictureFaults(faults, picture_.seed); }
+  void change_faults(const Faults& faults) { faults_ = PictureFaults(faults, noise_seed_); }
   Truth truth(double t_s) const;
   double end_s() const { return motion_.end_s(); }
 
  private:
   Picture picture_;
-  image::Pinhole camera_;
+  image::Camera camera_;
+  std::uint64_t noise_seed_;
   TeacherMotion motion_;
   TablePicture table_;
   MovingLayer layer_;

@@ -18,9 +18,6 @@ double wave(double t) {
   return 0.5 * std::sin(t) + 0.3 * std::sin(2.3 * t + 1.7) + 0.2 * std::sin(5.1 * t + 0.4);
 }
 
-const Bgr kBlue(205.0f, 96.0f, 38.0f);
-const Bgr kYellow(36.0f, 214.0f, 224.0f);
-const Bgr kViolet(196.0f, 62.0f, 158.0f);
 const Bgr kSteel(150.0f, 146.0f, 142.0f);
 const Bgr kPlaster(186.0f, 190.0f, 194.0f);
 constexpr double kCap = 0.02;  // height of a stand's coloured cap [m]
@@ -50,15 +47,16 @@ RayScene build(const TeacherTable& t, int clutter, std::uint64_t seed) {
   RayScene scene(true);
   if (!t.bridge_removed) {
     scene.add_box({0.0, t.bridge_height_m + 0.5 * t.bar_thickness_m, 0.0},
-                  {0.5 * t.bar_width_m, 0.5 * t.bar_thickness_m, t.bar_half_span_m}, kBlue);
+                  {0.5 * t.bar_width_m, 0.5 * t.bar_thickness_m, t.bar_half_span_m},
+                  t.paints.bridge);
   }
   for (const double side : {-1.0, 1.0}) {
     const double z = side * (t.bar_half_span_m - 0.012);
     scene.add_cylinder({0.0, 0.0, z}, 0.026, 0.006, kSteel, kSteel);
     scene.add_cylinder({0.0, 0.0, z}, 0.008, t.bridge_height_m, kSteel, kSteel);
   }
-  add_stand(scene, t.goal_low_x_m, t.goal_low_y_m, t.goal_radius_m, kViolet);
-  add_stand(scene, t.goal_high_x_m, t.goal_high_y_m, t.goal_radius_m, kYellow);
+  add_stand(scene, t.goal_low_x_m, t.goal_low_y_m, t.goal_radius_m, t.paints.goal_low);
+  add_stand(scene, t.goal_high_x_m, t.goal_high_y_m, t.goal_radius_m, t.paints.goal_high);
   add_clutter(scene, clutter, seed);
   return scene;
 }
@@ -181,9 +179,12 @@ float lambert(const Vector3d& normal, const Vector3d& to_lamp) {
   return 0.58f + 0.58f * static_cast<float>(std::max(0.0, normal.dot(to_lamp)));
 }
 
-TablePicture draw_table(const TeacherTable& table, const image::Pinhole& camera, int clutter,
+TablePicture draw_table(const TeacherTable& table, const image::Camera& camera, int clutter,
                         std::uint64_t seed) {
-  const RayScene scene = build(table, clutter, seed);
+  return draw_scene(build(table, clutter, seed), camera);
+}
+
+TablePicture draw_scene(const RayScene& scene, const image::Camera& camera) {
   const auto pixels =
       static_cast<std::size_t>(camera.width()) * static_cast<std::size_t>(camera.height());
   TablePicture out{image::Image(camera.width(), camera.height()), std::vector<float>(pixels),

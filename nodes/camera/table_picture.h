@@ -5,13 +5,10 @@
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/image/pinhole.h"
+#include "common/image/rig.h"
 #include "nodes/camera/teacher.h"
 
 namespace mimesis::camera {
-
-/// Linear colour, blue green red, 0..255.
-using Bgr = Eigen::Vector3f;
 
 /// Surface point met by a ray.
 struct Hit {
@@ -72,8 +69,11 @@ struct TablePicture {
 
 /// Casts 4 rays a pixel, each with 4 shadow rays to an extended lamp: takes some tenths of a
 /// second.
-/// @param clutter number of small coloured things lying about, placed by `seed`
-TablePicture draw_table(const TeacherTable& table, const image::Pinhole& camera, int clutter,
+TablePicture draw_scene(const RayScene& scene, const image::Camera& camera);
+
+/// The teacher's table. @param clutter number of small coloured things lying about, placed by
+/// `seed`
+TablePicture draw_table(const TeacherTable& table, const image::Camera& camera, int clutter,
                         std::uint64_t seed);
 
 }  // namespace mimesis::camera

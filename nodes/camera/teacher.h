@@ -31,6 +31,16 @@ struct TeacherScript {
   bool only_grasp = false;     ///< the teacher stops after grasping [M18 Fig. 2.20]
 };
 
+/// Linear colour, blue green red, 0..255.
+using Bgr = Eigen::Vector3f;
+
+/// Colours of the things on the table.
+struct Paints {
+  Bgr light_object{118.0f, 222.0f, 120.0f}, dark_object{44.0f, 106.0f, 26.0f};
+  Bgr bridge{205.0f, 96.0f, 38.0f};
+  Bgr goal_high{36.0f, 214.0f, 224.0f}, goal_low{196.0f, 62.0f, 158.0f};
+};
+
 /// The teacher's table, frame T: x right, y up, z towards the camera, origin below the middle of
 /// the bridge.
 struct TeacherTable {
@@ -47,6 +57,7 @@ struct TeacherTable {
   double goal_high_x_m = 0.35;
   double goal_high_y_m = 0.12;
   double goal_radius_m = 0.046;
+  Paints paints;
 };
 
 /// @throws ConfigError if the teacher's hand cannot pass where the lesson leads it.

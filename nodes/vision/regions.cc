@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <numbers>
 
 #include "common/error.h"
 #include "nodes/vision/label_kernels.h"
@@ -91,8 +90,18 @@ ColorTable::ColorTable(const ColorSpots& spots) : spots_(spots) {
 
 double ColorSpot::distance2(const Yuv& c) const {
   if (c.y < y_min || c.y > y_max) return std::numeric_limits<double>::infinity();
-  const Eigen::Vector2d off = Eigen::Vector2d(c.u, c.v) - mean;
-  return off.dot(covariance.inverse() * off);
+  if (y == 0.0) {
+    const Eigen::Vector2d off = Eigen::Vector2d(c.u, c.v) - mean;
+    return off.dot(covariance.inverse() * off);
+  }
+  constexpr double kGrey = 128.0, kPure = 1.0 / 6.0, kHalf = 0.5, kFaint = 6.0;
+  const Eigen::Vector2d expected = c.y / y * (mean.array() - kGrey).matrix(),
+                        chroma(c.u - kGrey, c.v - kGrey), off = chroma - expected;
+  const bool faint = expected.norm() < kFaint;  // has no half that noise would leave alone
+  if (!faint && chroma.dot(expected) < kHalf * expected.squaredNorm())
+    return std::numeric_limits<double>::infinity();
+  const Eigen::Matrix2d wide = covariance + kPure * kPure * expected * expected.transpose();
+  return off.dot(wide.inverse() * off);
 }
 
 Kind ColorTable::nearest(const Yuv& color) const {
@@ -292,86 +301,22 @@ void RegionFinder::find(std::span<const std::uint8_t> labels, int width, int hei
   }
 }
 
-namespace {
-
-using Eigen::Vector2d;
-
-double cross(const Vector2d& o, const Vector2d& a, const Vector2d& b) {
-  return (a - o).x() * (b - o).y() - (a - o).y() * (b - o).x();
-}
-
-/// Convex hull by Andrew's monotone chain; `points` gets sorted.
-std::vector<Vector2d> hull(std::vector<Vector2d>& points) {
-  std::sort(points.begin(), points.end(), [](const Vector2d& a, const Vector2d& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
-  std::vector<Vector2d> out;
-  const auto extend = [&out](const Vector2d& p, std::size_t floor) {
-    while (out.size() >= floor + 2 && cross(out[out.size() - 2], out.back(), p) <= 0.0)
-      out.pop_back();
-    out.push_back(p);
-  };
-  for (const Vector2d& p : points) extend(p, 0);
-  const std::size_t lower = out.size() - 1;
-  for (auto p = points.rbegin() + 1; p != points.rend(); ++p) extend(*p, lower);
-  out.pop_back();
-  return out;
-}
-
-}  // namespace
-
-Body cylinder(double radius_m, double height_m) {
-  constexpr int kPoints = 16;
-  Body body;
-  for (int k = 0; k < kPoints; ++k) {
-    const double a = 2.0 * std::numbers::pi * k / kPoints;
-    for (const double side : {-0.5, 0.5}) {
-      body.emplace_back(radius_m * std::cos(a), side * height_m, radius_m * std::sin(a));
-    }
+template <class Picture>
+void Segmentation::segment_any(const Picture& picture) {
+  constexpr double kNoticeable = 0.02;  // change of gain worth a new table
+  const Eigen::Vector3d& gain = light_.update(median_bgr(picture));
+  if ((gain - table_.gain()).cwiseAbs().maxCoeff() > kNoticeable) table_.set_gain(gain);
+  table_.apply(picture, labels_);
+  if (open_) {
+    uniform_.resize(labels_.size());
+    opened_.resize(labels_.size());
+    open_labels(labels_.data(), picture.width, picture.height, uniform_.data(), opened_.data());
+    labels_.swap(opened_);
   }
-  return body;
+  finder_.find(labels_, picture.width, picture.height);
 }
 
-Body box(double width_m, double height_m, double depth_m) {
-  Body body;
-  for (int k = 0; k < 8; ++k) {
-    body.emplace_back((k & 1 ? 0.5 : -0.5) * width_m, (k & 2 ? 0.5 : -0.5) * height_m,
-                      (k & 4 ? 0.5 : -0.5) * depth_m);
-  }
-  return body;
-}
-
-Vector2d silhouette_centroid(const image::Camera& camera, const Body& body,
-                             const Vector2d& center_m) {
-  std::vector<Vector2d> points;
-  points.reserve(body.size());
-  for (const Eigen::Vector3d& p : body) {
-    points.push_back(camera.project(p + Eigen::Vector3d(center_m.x(), center_m.y(), 0.0)));
-  }
-  const std::vector<Vector2d> outline = hull(points);
-  Vector2d sum = Vector2d::Zero();
-  double area = 0.0;
-  for (std::size_t i = 1; i + 1 < outline.size(); ++i) {  // fan of triangles
-    const double part = cross(outline[0], outline[i], outline[i + 1]);
-    sum += part * (outline[0] + outline[i] + outline[i + 1]) / 3.0;
-    area += part;
-  }
-  return sum / area;
-}
-
-std::optional<Vector2d> locate(const image::Camera& camera, const Body& body,
-                               const Vector2d& pixel) {
-  std::optional<Vector2d> center = camera.on_plane(pixel.x(), pixel.y());
-  for (int i = 0; i < 6 && center; ++i) {
-    if (camera.depth({center->x(), center->y(), 0.0}) < 0.2) return std::nullopt;
-    const Vector2d predicted = silhouette_centroid(camera, body, *center);
-    const auto from = camera.on_plane(predicted.x(), predicted.y());
-    const auto to = camera.on_plane(pixel.x(), pixel.y());
-    if (!from || !to) return std::nullopt;
-    *center += *to - *from;
-    if ((*to - *from).norm() < 1e-5) break;
-  }
-  return center;
-}
+template void Segmentation::segment_any(const image::Image&);
+template void Segmentation::segment_any(const YuyvImage&);
 
 }  // namespace mimesis::vision

@@ -5,10 +5,10 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/image/image.h"
-#include "common/image/rig.h"
 
 namespace mimesis::vision {
 
@@ -66,13 +66,17 @@ struct YuyvImage {
 Eigen::Vector3d bgr_at(const image::Image& image, int u, int v);
 Eigen::Vector3d bgr_at(const YuyvImage& image, int u, int v);
 
-/// Chroma of a class as it was taught: the ellipse that its pixels fill in U and V, and its luma.
+/// Colour of a class as it was taught: the ellipse that its pixels fill in U and V, and its luma. A
+/// face in shade has chroma and luma less in the same proportion.
 struct ColorSpot {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();            ///< U, V
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();  ///< of U and V
+  double y = 0.0;                                            ///< luma; 0: the chroma is of any luma
   double y_min = 25.0, y_max = 255.0;
 
-  /// Squared distance in standard deviations; infinite out of the luma's bounds.
+  /// Squared distance in standard deviations from the chroma that the class has at this luma; a
+  /// sixth of the chroma, too, is one. Infinite out of the luma's bounds and for less than half of
+  /// the chroma: pixels that show less than half of a thing.
   double distance2(const Yuv& c) const;
 };
 
@@ -195,23 +199,38 @@ class RegionFinder {
   std::vector<Region> regions_;
 };
 
-/// A rigid convex body in the plane of motion: points whose hull it is, relative to its centre [m].
-using Body = std::vector<Eigen::Vector3d>;
+/// From a picture to regions: the table that follows the light, labels, regions.
+class Segmentation {
+ public:
+  /// @param open remove what is thinner than 3 pixels before regions are sought
+  Segmentation(ColorTable table, LightMeter light, bool open)
+      : table_(std::move(table)), light_(std::move(light)), open_(open) {}
+  void segment(const image::Image& picture) { segment_any(picture); }
+  void segment(const YuyvImage& picture) { segment_any(picture); }
+  /// From now on other colours, of the same light. The gain of the light stays.
+  void learn(ColorTable table) {
+    table.set_gain(table_.gain());
+    table_ = std::move(table);
+  }
+  /// Gain per channel that the next picture would be seen with.
+  Eigen::Vector3d gain_for(const image::Image& picture) const {
+    return LightMeter(light_).update(median_bgr(picture));
+  }
 
-/// Upright cylinder: 16 points on each rim.
-Body cylinder(double radius_m, double height_m);
-/// Box with the given edges along x, y, z.
-Body box(double width_m, double height_m, double depth_m);
+  std::span<const Region> regions() const { return finder_.regions(); }
+  std::span<const Run> runs() const { return finder_.runs(); }
+  std::span<const std::uint8_t> labels() const { return labels_; }
+  const Eigen::Vector3d& gain() const { return table_.gain(); }
 
-/// Centroid of the image of a body whose centre is at (x, y, 0) [px]: area centroid of the convex
-/// hull of the projected points. It differs from the image of the centre, since near parts look
-/// larger.
-Eigen::Vector2d silhouette_centroid(const image::Camera& camera, const Body& body,
-                                    const Eigen::Vector2d& center_m);
+ private:
+  template <class Picture>
+  void segment_any(const Picture& picture);
 
-/// Inverse: centre (x, y) [m] of a body whose silhouette has its centroid at `pixel`. Fixed-point
-/// iteration, exact to 0.01 mm; nothing if the pixel looks past the plane.
-std::optional<Eigen::Vector2d> locate(const image::Camera& camera, const Body& body,
-                                      const Eigen::Vector2d& pixel);
+  ColorTable table_;
+  LightMeter light_;
+  RegionFinder finder_;
+  bool open_;
+  std::vector<std::uint8_t> labels_, uniform_, opened_;
+};
 
 }  // namespace mimesis::vision

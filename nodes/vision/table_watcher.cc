@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "nodes/vision/label_kernels.h"
 
 namespace mimesis::vision {
 
@@ -36,17 +35,30 @@ void SteadyPlace::update(const std::optional<Vector2d>& place_m, double area) {
   mean_ = mean_ ? Vector2d(*mean_ + (*place_m - *mean_) / count_) : *place_m;
 }
 
+namespace {
+
+Segmentation segmentation_for(const WatcherSetup& setup) {
+  return {setup.spots ? ColorTable(*setup.spots) : ColorTable(setup.boxes),
+          LightMeter(setup.reference_bgr), setup.open};
+}
+
+}  // namespace
+
 TableWatcher::TableWatcher(const WatcherSetup& setup)
     : camera_(setup.camera ? *setup.camera : image::Camera(setup.view)),
+      right_(setup.right),
       sizes_(setup.sizes),
-      light_(setup.reference_bgr),
-      table_(setup.spots ? ColorTable(*setup.spots) : ColorTable(setup.boxes)),
+      small_gap_m_(setup.small_gap_m),
+      hand_box_(setup.boxes.hand),
+      segmentation_(segmentation_for(setup)),
+      right_segmentation_(segmentation_for(setup)),
       tracker_(setup.tracker),
       recognizer_(setup.recognizer),
       object_body_(cylinder(sizes_.object_radius_m, sizes_.object_height_m)),
       bar_body_(box(sizes_.bar_width_m, sizes_.bar_thickness_m, sizes_.bar_span_m)),
-      cap_body_(cylinder(sizes_.goal_radius_m, sizes_.goal_cap_m)),
-      open_(setup.open) {}
+      cap_body_(cylinder(sizes_.goal_radius_m, sizes_.goal_cap_m)) {
+  if (right_) stereo_.emplace(camera_, *right_, setup.stereo);
+}
 
 std::optional<Vector2d> TableWatcher::place(Kind kind, const Body& body) const {
   const Blob& blob = tracker_.blob(kind);
@@ -55,7 +67,12 @@ std::optional<Vector2d> TableWatcher::place(Kind kind, const Body& body) const {
 }
 
 void TableWatcher::look() {
-  constexpr double kLevel = 0.01;  // [m]
+  stereo_ ? look_with_two() : look_with_one();
+  sight_.object = place(Kind::object, object_body_);
+  look_at_hand();
+}
+
+void TableWatcher::look_with_one() {
   bar_.update(place(Kind::bridge, bar_body_), blob(Kind::bridge).moments.area);
   goal_high_.update(place(Kind::goal_high, cap_body_), blob(Kind::goal_high).moments.area);
   goal_low_.update(place(Kind::goal_low, cap_body_), blob(Kind::goal_low).moments.area);
@@ -67,11 +84,46 @@ void TableWatcher::look() {
   if (sight_.goal_low) *sight_.goal_low += resting;
   // A goal is high by its height; its colour decides only where the two cannot be told.
   if (sight_.goal_high && sight_.goal_low &&
-      sight_.goal_low->y() > sight_.goal_high->y() + kLevel) {
+      sight_.goal_low->y() > sight_.goal_high->y() + kSameHeight_m) {
     std::swap(sight_.goal_high, sight_.goal_low);
   }
-  sight_.object = place(Kind::object, object_body_);
-  look_at_hand();
+}
+
+void TableWatcher::look_with_two() {
+  const Thing* bridge = stereo_->bridge();
+  sight_.bar.reset();
+  if (bridge != nullptr) sight_.bar = bridge->solid.center.head<2>();
+  const std::vector<Thing> objects = stereo_->of(Kind::object);
+  if (!objects.empty()) {  // its true size, from here on
+    sizes_.object_radius_m = objects[0].solid.half_width;
+    sizes_.object_height_m = objects[0].solid.length;
+    object_body_ = objects[0].solid.body();
+  }
+  sight_.goal_high.reset();
+  sight_.goal_low.reset();
+  for (const Thing& goal : stereo_->goals()) {
+    const Vector2d resting(goal.solid.center.x(), goal.solid.top() + 0.5 * sizes_.object_height_m);
+    const Goal kind = classify(goal);
+    if (kind == Goal::high && !sight_.goal_high) sight_.goal_high = resting;
+    if (kind == Goal::low) sight_.goal_low = resting;
+  }
+}
+
+std::optional<double> TableWatcher::gap_m(const Thing& goal) const {
+  const Thing* bridge = stereo_ ? stereo_->bridge() : nullptr;
+  if (bridge == nullptr) return std::nullopt;
+  return bridge->solid.bottom() - goal.solid.top();
+}
+
+Goal TableWatcher::classify(const Thing& goal) const {
+  const std::vector<Thing> goals = stereo_->goals();
+  const double top = goal.solid.top(), highest = goals.front().solid.top(),
+               lowest = goals.back().solid.top();
+  if (highest > lowest + kSameHeight_m)
+    return highest - top < top - lowest ? Goal::high : Goal::low;
+  const auto gap = gap_m(goal);
+  if (!gap) return Goal::unknown;
+  return *gap < small_gap_m_ ? Goal::high : Goal::low;
 }
 
 void TableWatcher::look_at_hand() {
@@ -98,40 +150,55 @@ std::optional<double> TableWatcher::object_luma(const Picture& picture) const {
     for (int u = run.begin; u < run.end; ++u) sum += bgr_at(picture, u, run.row);
     count += run.end - run.begin;
   }
-  const Eigen::Vector3d mean = table_.gain().cwiseProduct(sum) / count;
+  const Eigen::Vector3d mean = segmentation_.gain().cwiseProduct(sum) / count;
   return to_yuv(mean[0], mean[1], mean[2]).y;
 }
 
-template <class Picture>
-void TableWatcher::segment_any(const Picture& picture) {
-  constexpr double kNoticeable = 0.02;  // change of gain worth a new table
-  const Eigen::Vector3d& gain = light_.update(median_bgr(picture));
-  if ((gain - table_.gain()).cwiseAbs().maxCoeff() > kNoticeable) table_.set_gain(gain);
-  table_.apply(picture, labels_);
-  if (open_) {
-    uniform_.resize(labels_.size());
-    opened_.resize(labels_.size());
-    open_labels(labels_.data(), picture.width, picture.height, uniform_.data(), opened_.data());
-    labels_.swap(opened_);
-  }
-  finder_.find(labels_, picture.width, picture.height);
-  tracker_.update(finder_.regions());
+tl::expected<void, Status> TableWatcher::teach(const image::Image& image,
+                                               std::span<const TaughtRegion> regions) {
+  auto lesson = vision::teach(image, regions, segmentation_.gain_for(image));
+  if (!lesson) return tl::unexpected(lesson.error());
+  auto& hand = lesson->spots.of[static_cast<std::size_t>(Kind::hand)];
+  if (!hand) hand = spot_in(hand_box_);
+  segmentation_.learn(ColorTable(lesson->spots));
+  right_segmentation_.learn(ColorTable(lesson->spots));
+  return {};
+}
+
+void TableWatcher::segment(const image::Image& image) {
+  segmentation_.segment(image);
+  tracker_.update(regions());
 }
 
 template <class Picture>
 void TableWatcher::watch_any(const Picture& picture) {
   MIMESIS_ASSERT(picture.width == camera_.width() && picture.height == camera_.height());
-  segment_any(picture);
+  segmentation_.segment(picture);
+  tracker_.update(regions());
+  if (right_new_) stereo_->update(regions(), right_segmentation_.regions());
+  right_new_ = false;
   look();
   sight_.object_luma = object_luma(picture);
   recognizer_.update(sight_);
 }
 
-template void TableWatcher::segment_any(const image::Image&);
+template <class Picture>
+void TableWatcher::watch_right_any(const Picture& picture) {
+  MIMESIS_ASSERT(right_ && picture.width == right_->width() && picture.height == right_->height());
+  right_segmentation_.segment(picture);
+  right_new_ = true;
+}
+
 template void TableWatcher::watch_any(const image::Image&);
 template void TableWatcher::watch_any(const YuyvImage&);
+template void TableWatcher::watch_right_any(const image::Image&);
+template void TableWatcher::watch_right_any(const YuyvImage&);
 
 std::optional<double> TableWatcher::bridge_height_m() const {
+  if (stereo_) {
+    const Thing* bridge = stereo_->bridge();
+    return bridge == nullptr ? std::nullopt : std::optional(bridge->solid.bottom());
+  }
   if (!sight_.bar) return std::nullopt;
   return sight_.bar->y() - 0.5 * sizes_.bar_thickness_m;
 }

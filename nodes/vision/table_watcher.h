@@ -6,6 +6,9 @@
 #include "nodes/vision/action_recognizer.h"
 #include "nodes/vision/blob_tracker.h"
 #include "nodes/vision/regions.h"
+#include "nodes/vision/solids.h"
+#include "nodes/vision/stereo_scene.h"
+#include "nodes/vision/teach.h"
 
 namespace mimesis::vision {
 
@@ -42,6 +45,9 @@ struct WatcherSetup {
   /// light).
   Eigen::Vector3d reference_bgr{145.0, 151.0, 155.0};
   bool open = false;  ///< remove what is thinner than 3 pixels before regions are sought
+  std::optional<image::Camera> right;  ///< second camera; with it places and sizes are measured
+  SceneLimits stereo;
+  double small_gap_m = 0.125;  ///< a lone goal that is nearer to the bar's height is a high one
   TrackerLimits tracker;
   TableSizes sizes;
   RecognizerLimits recognizer;
@@ -73,15 +79,25 @@ class TableWatcher {
   explicit TableWatcher(const WatcherSetup& setup);
 
   /// Blobs only: for pictures of any size.
-  void segment(const image::Image& image) { segment_any(image); }
+  void segment(const image::Image& image);
   /// Everything. Precondition: the picture has the size of the calibrated view.
   void watch(const image::Image& image) { watch_any(image); }
   void watch(const YuyvImage& image) { watch_any(image); }
+  /// The second camera's picture of the time of the next one to watch. Precondition: there is a
+  /// second camera, and the picture has its size.
+  void watch_right(const image::Image& image) { watch_right_any(image); }
+  void watch_right(const YuyvImage& image) { watch_right_any(image); }
+
+  /// Learns the colours of things from regions of a picture: in the light of the reference, in both
+  /// cameras. A hand that is not among them keeps its box. @returns why not
+  tl::expected<void, Status> teach(const image::Image& image,
+                                   std::span<const TaughtRegion> regions);
 
   const Blob& blob(Kind kind) const { return tracker_.blob(kind); }
-  std::span<const Region> regions() const { return finder_.regions(); }
-  std::span<const Run> runs() const { return finder_.runs(); }
-  std::span<const std::uint8_t> labels() const { return labels_; }
+  std::span<const Region> regions() const { return segmentation_.regions(); }
+  std::span<const Region> right_regions() const { return right_segmentation_.regions(); }
+  std::span<const Run> runs() const { return segmentation_.runs(); }
+  std::span<const std::uint8_t> labels() const { return segmentation_.labels(); }
   const Sight& sight() const { return sight_; }
   const std::optional<Palm>& palm() const { return palm_; }
   const ActionRecognizer& action() const { return recognizer_; }
@@ -89,29 +105,40 @@ class TableWatcher {
   std::optional<double> bridge_height_m() const;
   const TableSizes& sizes() const { return sizes_; }
   const image::Camera& camera() const { return camera_; }
+  const std::optional<image::Camera>& right_camera() const { return right_; }
+  /// What two cameras measured; null with one.
+  const StereoScene* stereo() const { return stereo_ ? &*stereo_ : nullptr; }
+  /// Between a goal's upper face and the lower edge of the bar [m]; nothing without a bridge.
+  std::optional<double> gap_m(const Thing& goal) const;
+  /// Whether it is a high goal (small gap) or a low one: by order if there are others of another
+  /// height, else by the gap.
+  Goal classify(const Thing& goal) const;
 
  private:
   template <class Picture>
   void watch_any(const Picture& picture);
   template <class Picture>
-  void segment_any(const Picture& picture);
+  void watch_right_any(const Picture& picture);
   void look();
+  void look_with_one();
+  void look_with_two();
   std::optional<Eigen::Vector2d> place(Kind kind, const Body& body) const;
   void look_at_hand();
   template <class Picture>
   std::optional<double> object_luma(const Picture& picture) const;
 
   image::Camera camera_;
+  std::optional<image::Camera> right_;
   TableSizes sizes_;
-  LightMeter light_;
-  ColorTable table_;
-  RegionFinder finder_;
+  double small_gap_m_;
+  ColorBox hand_box_;
+  Segmentation segmentation_, right_segmentation_;
+  bool right_new_ = false;
+  std::optional<StereoScene> stereo_;
   BlobTracker tracker_;
   ActionRecognizer recognizer_;
   Body object_body_, bar_body_, cap_body_;
   SteadyPlace bar_, goal_high_, goal_low_;
-  bool open_;
-  std::vector<std::uint8_t> labels_, uniform_, opened_;
   std::optional<Palm> palm_;
   Sight sight_;
 };

@@ -26,7 +26,7 @@ std::pair<double, double> center_and_width(const std::vector<double>& values) {
 }
 
 ColorSpot spot_of(const std::vector<Yuv>& pixels) {
-  constexpr double kFar = 3.0, kNoise = 2.5, kDarker = 0.5, kBrighter = 1.6;
+  constexpr double kFar = 3.0, kNoise = 2.5, kDarker = 0.25, kBrighter = 2.5;
   std::vector<double> y, u, v;
   for (const Yuv& p : pixels) {
     y.push_back(p.y);
@@ -51,7 +51,8 @@ ColorSpot spot_of(const std::vector<Yuv>& pixels) {
   spot.mean = middle + shift;
   spot.covariance =
       squares / count - shift * shift.transpose() + kNoise * kNoise * Eigen::Matrix2d::Identity();
-  // Shades and highlights have the same chroma; black and glare have none.
+  // Shades and highlights have the same hue; black and glare have none.
+  spot.y = quantile(y, 0.5);
   spot.y_min = std::max(25.0, kDarker * quantile(y, 0.1));
   spot.y_max = std::min(255.0, kBrighter * quantile(y, 0.9));
   return spot;
@@ -65,8 +66,19 @@ double apart(const ColorSpot& a, const ColorSpot& b) {
 
 }  // namespace
 
-tl::expected<Lesson, Status> teach(const image::Image& image,
-                                   std::span<const TaughtRegion> regions) {
+ColorSpot spot_in(const ColorBox& box) {
+  const double u = (box.u_max - box.u_min) / (2.0 * ColorSpots::kReach),
+               v = (box.v_max - box.v_min) / (2.0 * ColorSpots::kReach);
+  ColorSpot spot;
+  spot.mean = {0.5 * (box.u_min + box.u_max), 0.5 * (box.v_min + box.v_max)};
+  spot.covariance = Vector2d(u * u, v * v).asDiagonal();
+  spot.y_min = box.y_min;
+  spot.y_max = box.y_max;
+  return spot;
+}
+
+tl::expected<Lesson, Status> teach(const image::Image& image, std::span<const TaughtRegion> regions,
+                                   const Eigen::Vector3d& gain_bgr) {
   constexpr int kFewest = 9;
   constexpr double kAlike = 3.0;  // standard deviations
   Lesson out;
@@ -82,7 +94,7 @@ tl::expected<Lesson, Status> teach(const image::Image& image,
     for (int v = r.top; v < r.top + r.height; ++v) {
       for (int u = r.left; u < r.left + r.width; ++u) {
         const std::uint8_t* p = image.at(u, v);
-        to.push_back(to_yuv(p[0], p[1], p[2]));
+        to.push_back(to_yuv(gain_bgr[0] * p[0], gain_bgr[1] * p[1], gain_bgr[2] * p[2]));
       }
     }
   }
@@ -95,7 +107,7 @@ tl::expected<Lesson, Status> teach(const image::Image& image,
     }
     out.spots.of[k] = spot_of(pixels[k]);
   }
-  out.reference_bgr = median_bgr(image);
+  out.reference_bgr = gain_bgr.cwiseProduct(median_bgr(image));
   const Yuv table = to_yuv(out.reference_bgr[0], out.reference_bgr[1], out.reference_bgr[2]);
   for (std::size_t k = 1; k < kKinds; ++k) {
     if (!out.spots.of[k]) continue;

@@ -25,8 +25,12 @@ struct Lesson {
 /// Learns the colours of classes from regions of a picture. A tenth of a region may show something
 /// else: what lies far from the median (3 times the scaled median deviation) does not count. The
 /// spots get wider by the noise and quantisation of pictures to come, 2.5 levels in U and V.
+/// @param gain_bgr turns the picture's colours into those of the light that the spots are for
 /// @returns a reason if a region is not within the picture or has fewer than 9 pixels.
-tl::expected<Lesson, Status> teach(const image::Image& image,
-                                   std::span<const TaughtRegion> regions);
+tl::expected<Lesson, Status> teach(const image::Image& image, std::span<const TaughtRegion> regions,
+                                   const Eigen::Vector3d& gain_bgr = Eigen::Vector3d::Ones());
+
+/// A spot that fills a box, for classes that are not taught.
+ColorSpot spot_in(const ColorBox& box);
 
 }  // namespace mimesis::vision

@@ -1,9 +1,11 @@
 #include "nodes/vision/vision_node.h"
 
+#include <Eigen/Cholesky>
 #include <array>
 #include <cstring>
 #include <string>
 
+#include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "nodes/vision/files/colors_file.h"
 
@@ -65,9 +67,17 @@ std::string summary(const ActionRecognizer& action) {
   return line + (action.complete() ? ", complete" : "");
 }
 
+/// The camera of that name, and with no name the second one, if there is one, for stereo.
+void use_cameras(const image::Rig& rig, const std::string& from, const std::string& camera,
+                 WatcherSetup& setup) {
+  setup.camera = model::camera_on_table(rig, from, camera);
+  setup.right.reset();
+  if (camera.empty() && rig.cameras.size() > 1) setup.right = rig.cameras[1].camera;
+}
+
 WatcherSetup complete(const VisionParams& params, const std::optional<image::Rig>& rig) {
   WatcherSetup setup = params.setup;
-  if (rig) setup.camera = model::camera_on_table(*rig, params.rig, params.camera);
+  if (rig) use_cameras(*rig, params.rig, params.camera, setup);
   for (int c = 0; c < 3; ++c) {
     setup.reference_bgr[c] = params.reference_bgr[static_cast<std::size_t>(c)];
   }
@@ -77,6 +87,34 @@ WatcherSetup complete(const VisionParams& params, const std::optional<image::Rig
     setup.reference_bgr = taught.reference_bgr;
   }
   return setup;
+}
+
+/// Lower triangle of L by rows, L Lᵀ = covariance.
+void set_spread(const Eigen::Matrix3d& covariance_m2,
+                google::protobuf::RepeatedField<double>* spread_m) {
+  const Eigen::Matrix3d l = covariance_m2.llt().matrixL();
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k <= i; ++k) spread_m->Add(l(i, k));
+  }
+}
+
+v1::TableThing thing_message(const Thing& thing, const TableWatcher& watcher) {
+  v1::TableThing out;
+  out.set_kind(convert<v1::BlobKind>(thing.kind));
+  out.set_id(static_cast<std::uint32_t>(thing.id));
+  const Solid& s = thing.solid;
+  out.mutable_center_in_table_m()->set_x_m(s.center.x());
+  out.mutable_center_in_table_m()->set_y_m(s.center.y());
+  out.mutable_center_in_table_m()->set_z_m(s.center.z());
+  set_spread(thing.covariance_m2, out.mutable_spread_m());
+  out.set_half_width_m(s.half_width);
+  out.set_length_m(s.length);
+  out.set_yaw_rad(s.yaw_rad);
+  out.set_seen(thing.seen);
+  if (thing.kind != Kind::goal_high && thing.kind != Kind::goal_low) return out;
+  out.set_goal(convert<v1::Goal>(watcher.classify(thing)));
+  out.set_gap_m(watcher.gap_m(thing).value_or(0.0));
+  return out;
 }
 
 bool is_yuyv(const foxglove::RawImage& m) {
@@ -152,6 +190,20 @@ v1::TeacherScene scene_message(const TableWatcher& watcher) {
     out.set_hand_y_m(s.palm->y());
   }
   out.set_complete(s.object && s.bar && s.goal_high && s.goal_low);
+  if (watcher.stereo() == nullptr) return out;
+  for (const Thing& thing : watcher.stereo()->things())
+    *out.add_things() = thing_message(thing, watcher);
+  for (const std::string& change : watcher.stereo()->changes()) out.add_changes(change);
+  return out;
+}
+
+v1::Scene table_message(const SeenTable& seen) {
+  v1::Scene out = model::to_proto(seen.table);
+  set_spread(seen.object_m2, out.mutable_object()->mutable_spread_m());
+  set_spread(seen.bridge_m2, out.mutable_bridge()->mutable_spread_m());
+  for (int i = 0; i < out.goals_size(); ++i)
+    set_spread(seen.goals_m2[static_cast<std::size_t>(i)],
+               out.mutable_goals(i)->mutable_spread_m());
   return out;
 }
 
@@ -184,6 +236,9 @@ void VisionParams::visit(runtime::ParamVisitor& v) {
   v("camera", camera);
   v.file("colors", colors, "taught colours");
   v("rig_days", rig_days, 0, 100000);
+  v("pair_s", pair_s, 0.0, 1.0);
+  v("wait_s", wait_s, 0.0, 10.0);
+  v("blind_s", blind_s, 0.0, 60.0);
   v("reference_bgr", reference_bgr, 0.0, 255.0, 3);
   const auto group = [&v](std::string_view key, auto& part) {
     v.group(key, [&part](ParamVisitor& g) { part.visit(g); });
@@ -195,6 +250,9 @@ void VisionParams::visit(runtime::ParamVisitor& v) {
   group("goal_high", setup.boxes.goal_high);
   group("goal_low", setup.boxes.goal_low);
   v("open", setup.open);
+  group("stereo", setup.stereo);
+  v("small_gap_m", setup.small_gap_m, 0.0, 1.0);
+  group("table", table);
   group("tracker", setup.tracker);
   group("sizes", setup.sizes);
   group("recognizer", setup.recognizer);
@@ -207,13 +265,22 @@ VisionNode::VisionNode(const Params& params, runtime::Bus& bus)
 
 VisionNode::VisionNode(const Params& params, const std::optional<image::Rig>& rig,
                        runtime::Bus& bus)
-    : watcher_(complete(params, rig)),
+    : setup_(complete(params, rig)),
+      table_setup_(params.table),
+      pair_(runtime::from_seconds(params.pair_s)),
+      wait_(runtime::from_seconds(params.wait_s)),
+      blind_(runtime::from_seconds(params.blind_s)),
+      watcher_(setup_),
       calibrated_by_(rig ? params.rig : "view.width_px, height_px"),
       rig_days_(params.rig_days),
       in_(bus, "image"),
+      right_in_(bus, "right", {.optional = true}),
+      rig_in_(bus, "rig", {.optional = true}),
+      lesson_in_(bus, "lesson", {.optional = true}),
       blobs_(bus, "blobs"),
       observation_(bus, "observation"),
       scene_(bus, "scene"),
+      table_out_(bus, "table", {.latched = true}),
       annotations_(bus, "annotations") {
   if (rig && rig_days_ > 0) calibrated_day_ = model::day_number(rig->date);
 }
@@ -222,13 +289,62 @@ void VisionNode::refuse(const std::string& why) {
   if (refused_.pass()) runtime::warn("image: {}", why);
 }
 
-/// Takes over the pixels if the message is an image of the calibrated view.
-bool VisionNode::accept(const foxglove::RawImage& m) {
+/// The cameras' own word on themselves wins over parameters.
+void VisionNode::use_rig(const v1::CameraRig& message) {
+  constexpr const char* kFrom = "input rig";
+  try {
+    const image::Rig rig = model::parse_rig(message.text(), kFrom);
+    use_cameras(rig, kFrom, "", setup_);
+    calibrated_by_ = kFrom;
+    calibrated_day_.reset();
+    if (rig_days_ > 0) calibrated_day_ = model::day_number(rig.date);
+    watcher_.emplace(setup_);
+    table_.reset();
+  } catch (const ConfigError& e) {
+    runtime::error("{}; the calibration before it holds", e.what());
+  }
+}
+
+void VisionNode::take_lesson() {
+  std::vector<TaughtRegion> regions;
+  for (const v1::ColorRegion& r : lesson_->regions()) {
+    const auto number = [](std::uint32_t x) { return static_cast<int>(std::min(x, 1u << 20)); };
+    if (r.kind() == v1::BLOB_KIND_UNSPECIFIED || !v1::BlobKind_IsValid(r.kind())) continue;
+    regions.push_back({static_cast<Kind>(r.kind()), number(r.left()), number(r.top()),
+                       number(r.width()), number(r.height())});
+  }
+  const auto taught = watcher_->teach(image_, regions);
+  if (!taught) runtime::warn("lesson: {}; the colours before it hold", taught.error().reason);
+  lesson_.reset();
+}
+
+const foxglove::RawImage* VisionNode::partner_of(const foxglove::RawImage& left) {
+  const foxglove::RawImage* right = watcher_->right_camera() ? right_in_.get() : nullptr;
+  if (right == nullptr) return nullptr;
+  const runtime::Time apart = stamp_of(*right) - stamp_of(left);
+  return std::max(apart, -apart) <= pair_ ? right : nullptr;
+}
+
+const foxglove::RawImage* VisionNode::due(runtime::Time now) {
+  waiting_ = in_.take() != nullptr || waiting_;
+  if (!waiting_) return nullptr;
+  const foxglove::RawImage* left = in_.get();
+  const bool alone = watcher_->right_camera() && partner_of(*left) == nullptr;
+  if (alone && now - stamp_of(*left) < wait_) return nullptr;
+  if (alone)
+    refuse(fmt::format("no second image of the same time (within pair_s) came in {} s",
+                       runtime::to_seconds(wait_)));
+  waiting_ = false;
+  return left;
+}
+
+/// Takes over the pixels if the message is an image of the calibrated camera.
+bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera) {
   if (m.encoding() != "bgr8" && m.encoding() != "rgb8" && !is_yuyv(m)) {
     refuse(fmt::format("encoding '{}' is not read, expected bgr8, rgb8 or yuyv", m.encoding()));
     return false;
   }
-  const int width_px = watcher_.camera().width(), height_px = watcher_.camera().height();
+  const int width_px = camera.width(), height_px = camera.height();
   const auto width = static_cast<std::uint64_t>(width_px),
              height = static_cast<std::uint64_t>(height_px);
   if (m.width() != width || m.height() != height) {
@@ -267,19 +383,48 @@ bool VisionNode::accept(const foxglove::RawImage& m) {
   return true;
 }
 
-void VisionNode::step(runtime::Time) {
-  const foxglove::RawImage* message = in_.take();
-  if (message == nullptr || !accept(*message)) return;
-  is_yuyv(*message) ? watcher_.watch(yuyv_) : watcher_.watch(image_);
-  const runtime::Time stamp = stamp_of(*message);
-  auto blobs = blobs_message(watcher_);
+void VisionNode::step(runtime::Time now) {
+  if (const v1::CameraRig* rig = rig_in_.take()) use_rig(*rig);
+  if (const v1::ColorLesson* lesson = lesson_in_.take()) lesson_ = *lesson;
+  if (const foxglove::RawImage* left = due(now)) look(*left);
+  publish_table(now);
+}
+
+void VisionNode::look(const foxglove::RawImage& left) {
+  const foxglove::RawImage* right = partner_of(left);
+  if (right != nullptr && accept(*right, *watcher_->right_camera()))
+    is_yuyv(*right) ? watcher_->watch_right(yuyv_) : watcher_->watch_right(image_);
+  if (!accept(left, watcher_->camera())) return;
+  looked_ = stamp_of(left);
+  const auto stamp_ns = static_cast<std::uint64_t>(looked_.count());
+  if (lesson_ && !is_yuyv(left) && stamp_ns >= lesson_->header().stamp_ns()) take_lesson();
+  is_yuyv(left) ? watcher_->watch(yuyv_) : watcher_->watch(image_);
+  publish(looked_);
+}
+
+void VisionNode::publish(runtime::Time stamp) {
+  auto blobs = blobs_message(*watcher_);
   blobs_.send(blobs, stamp);
-  auto observation = observation_message(watcher_.action());
+  auto observation = observation_message(watcher_->action());
   observation_.send(observation, stamp);
-  auto scene = scene_message(watcher_);
+  auto scene = scene_message(*watcher_);
   scene_.send(scene, stamp);
-  auto annotations = annotations_message(watcher_);
+  auto annotations = annotations_message(*watcher_);
   annotations_.send(annotations, stamp);
+  const StereoScene* stereo = watcher_->stereo();
+  if (stereo == nullptr) return;
+  for (const std::string& change : stereo->changes()) runtime::info("{}", change);
+  // The same table as long as nothing changes: whoever plans by it would plan anew.
+  if (!stereo->settled() || (table_ && stereo->version() == table_version_)) return;
+  const auto seen = robot_table(*stereo, table_setup_);
+  if (!seen) return;
+  table_ = table_message(*seen);
+  table_version_ = stereo->version();
+}
+
+/// Over and over, so that whoever moves by it knows that it still holds.
+void VisionNode::publish_table(runtime::Time now) {
+  if (table_ && now - looked_ <= blind_) table_out_.send(*table_, now);
 }
 
 }  // namespace mimesis::vision

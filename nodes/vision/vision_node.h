@@ -2,8 +2,10 @@
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
+#include "nodes/vision/robot_table.h"
 #include "nodes/vision/table_watcher.h"
 #include "proto/foxglove/image.pb.h"
+#include "proto/scene.pb.h"
 #include "proto/vision.pb.h"
 
 namespace mimesis::vision {
@@ -12,6 +14,8 @@ namespace mimesis::vision {
 v1::Blobs blobs_message(const TableWatcher& watcher);
 v1::Observation observation_message(const ActionRecognizer& action);
 v1::TeacherScene scene_message(const TableWatcher& watcher);
+/// The robot's table, with the spreads of its places.
+v1::Scene table_message(const SeenTable& seen);
 /// Overlay for viewers: boxes around the blobs, axis of the hand, a line of symbols.
 foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher);
 
@@ -20,6 +24,10 @@ struct VisionParams {
   std::string rig;        ///< calibrated cameras (`mimesis calibrate`), instead of `view`
   std::string camera;     ///< which of them this is; empty: the first
   std::string colors;     ///< taught colours (`mimesis vision teach`), instead of boxes and light
+  double pair_s = 0.002;  ///< two cameras: images that are so far apart are of one moment [s]
+  double wait_s = 0.05;   ///< two cameras: so long an image waits for its partner [s]
+  double blind_s = 0.3;   ///< the robot's table holds as long as its last image is not older [s]
+  RobotTableSetup table;  ///< the robot's own table
   int rig_days = 0;  ///< images that are this many days younger than the rig are refused; 0: none
   std::vector<double> reference_bgr{145.0, 151.0,
                                     155.0};  ///< see WatcherSetup; zeros: no correction
@@ -28,8 +36,8 @@ struct VisionParams {
   void visit(runtime::ParamVisitor& v);
 };
 
-/// Watches the teacher's table: image in; blobs, symbols, geometry and an overlay out, once per
-/// image.
+/// Watches a table: images in; blobs, symbols, geometry and an overlay out, once per image. With
+/// two cameras also places and sizes of all things, and the table as a planner needs it.
 class VisionNode {
  public:
   using Params = VisionParams;
@@ -38,20 +46,39 @@ class VisionNode {
 
  private:
   VisionNode(const Params& params, const std::optional<image::Rig>& rig, runtime::Bus& bus);
-  bool accept(const foxglove::RawImage& message);
+  void use_rig(const v1::CameraRig& message);
+  void take_lesson();
+  /// The left image to be looked at now; null if there is none, or its partner may still come.
+  const foxglove::RawImage* due(runtime::Time now);
+  const foxglove::RawImage* partner_of(const foxglove::RawImage& left);
+  bool accept(const foxglove::RawImage& message, const image::Camera& camera);
   void refuse(const std::string& why);
+  void look(const foxglove::RawImage& left);
+  void publish(runtime::Time stamp);
+  void publish_table(runtime::Time now);
 
-  TableWatcher watcher_;
-  std::string calibrated_by_;          ///< what gave the camera, for messages
-  std::optional<int> calibrated_day_;  ///< since 1970; nothing if any age will do
+  WatcherSetup setup_;
+  RobotTableSetup table_setup_;
+  runtime::Time pair_, wait_, blind_;
+  std::optional<TableWatcher> watcher_;
+  std::optional<v1::ColorLesson> lesson_;  ///< to be learned from the next image
+  std::optional<v1::Scene> table_;         ///< as published, until something changes
+  int table_version_ = -1;                 ///< of the things it shows
+  runtime::Time looked_{};                 ///< stamp of the newest image looked at
+  bool waiting_ = false;                   ///< an image that was not looked at
+  std::string calibrated_by_;              ///< what gave the camera, for messages
+  std::optional<int> calibrated_day_;      ///< since 1970; nothing if any age will do
   int rig_days_;
   image::Image image_;
   YuyvImage yuyv_;
   runtime::Throttle refused_{std::chrono::seconds(5)};
-  runtime::Latest<foxglove::RawImage> in_;
+  runtime::Latest<foxglove::RawImage> in_, right_in_;
+  runtime::Latest<v1::CameraRig> rig_in_;
+  runtime::Latest<v1::ColorLesson> lesson_in_;
   runtime::Out<v1::Blobs> blobs_;
   runtime::Out<v1::Observation> observation_;
   runtime::Out<v1::TeacherScene> scene_;
+  runtime::Out<v1::Scene> table_out_;
   runtime::Out<foxglove::ImageAnnotations> annotations_;
 };
 

@@ -2,16 +2,46 @@
 
 #include <fmt/format.h>
 
+#include <random>
+
 #include "common/model/files.h"
 #include "common/model/viewer.h"
 
 namespace mimesis::world {
 namespace {
 
+/// A table on which object, plinth, goals and stands are up to 15 mm aside and stands up to 15 mm
+/// higher or lower.
+kin::Table scattered(kin::Table table, std::uint64_t seed) {
+  constexpr double kAside = 0.015;  // [m]
+  std::mt19937_64 random(seed);
+  const auto draw = [&random] {
+    return kAside * (2.0 * static_cast<double>(random() >> 11) * 0x1.0p-53 - 1.0);
+  };
+  const auto move = [&table](const std::string& name, const Eigen::Vector3d& by) {
+    for (kin::Box& box : table.boxes) {
+      if (box.name != name) continue;
+      box.center.head<2>() += by.head<2>();
+      box.center.z() += 0.5 * by.z();  // its foot stays where it is
+      box.half_extent.z() += 0.5 * by.z();
+    }
+  };
+  const double x = draw(), y = draw();
+  table.object += Eigen::Vector3d(x, y, 0.0);
+  move("plinth", {x, y, 0.0});
+  for (kin::GoalPlace& goal : table.goals) {
+    const double gx = draw(), gy = draw(), gz = draw();
+    goal.position += Eigen::Vector3d(gx, gy, gz);
+    move(goal.name + " stand", {gx, gy, gz});
+  }
+  return table;
+}
+
 kin::Table table_for(const WorldParams& params) {
   std::optional<double> bridge_height;
   if (params.bridge_height_m > 0.0) bridge_height = params.bridge_height_m;
   kin::Table table = model::load_table(params.table, bridge_height);
+  if (params.scene == "random") table = scattered(table, static_cast<std::uint64_t>(params.seed));
   table.object.head<2>() += Eigen::Vector2d::Map(params.object_offset_m.data());
   for (const kin::GoalPlace& goal : table.goals) {
     if (goal.name != params.goal_blocked) continue;
@@ -31,19 +61,6 @@ std::string name_of(v1::Goal goal) {
   return goal == v1::GOAL_LOW ? "low" : "";
 }
 
-/// The table as calibrated cameras measure it: places in the horizontal plane with Gaussian errors;
-/// the heights of known objects on known supports are taken as known.
-kin::Table measured(kin::Table table, double sigma_m, std::mt19937_64& random) {
-  std::normal_distribution<double> error(0.0, 1.0);
-  const auto perturb = [&](Eigen::Vector3d& p) {
-    p.x() += sigma_m * error(random);
-    p.y() += sigma_m * error(random);
-  };
-  perturb(table.object);
-  for (kin::GoalPlace& goal : table.goals) perturb(goal.position);
-  return table;
-}
-
 }  // namespace
 
 WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
@@ -51,7 +68,6 @@ WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
       arm_model_(model::load_arm(params.robot)),
       table_(table_for(params)),
       world_(arm_model_, table_),
-      random_(static_cast<std::uint64_t>(params.seed)),
       arm_(bus, "arm"),
       hand_(bus, "hand"),
       task_(bus, "task"),
@@ -157,7 +173,8 @@ void WorldNode::publish_state(runtime::Time now) {
   transforms_.send(transforms, now);
 }
 
-/// Over and over, so that whoever moves by it knows that it still holds; measured when it changes.
+/// Over and over, so that whoever moves by it knows that it still holds; anew when the object has
+/// moved.
 void WorldNode::publish_scene(runtime::Time now) {
   constexpr auto kPeriod = std::chrono::milliseconds(20);
   if (!scene_due_ && now < scene_sent_ + kPeriod) return;
@@ -165,7 +182,7 @@ void WorldNode::publish_scene(runtime::Time now) {
   if (!scene_due_) return scene_.send(scene_message_, now);
   scene_due_ = false;
   table_.object = world_.object().cylinder().X_WO.translation();
-  scene_message_ = model::to_proto(measured(table_, params_.measurement_sigma_m, random_));
+  scene_message_ = model::to_proto(table_);
   scene_.send(scene_message_, now);
   foxglove::SceneUpdate entities = model::to_entities(table_, arm_model_, now);
   entities_.send(entities, now);

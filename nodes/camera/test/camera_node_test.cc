@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/model/files.h"
+#include "common/model/rig_file.h"
 #include "common/testing/loopback.h"
 
 namespace mimesis::camera {
@@ -52,6 +54,99 @@ TEST(CameraNode, RefusesBadParametersWithTheirKey) {
   p.teacher = "precision,below,low";
   p.picture.table.bridge_height_m = 0.14;
   EXPECT_EQ(why(p).rfind("bridge_height_m: ", 0), 0u);
+}
+
+TEST(CameraNode, TwoEyesTellCalibrationAndLessonOnceAndAreOfOneTime) {
+  testing::Loopback bus;
+  CameraParams p;
+  p.stereo = true;
+  p.baseline_m = 0.25;
+  CameraNode node(p, bus);
+  node.step(1s);
+  node.step(2s);
+  const auto message = bus.take<v1::CameraRig>("rig");
+  ASSERT_TRUE(message);
+  EXPECT_FALSE(bus.take<v1::CameraRig>("rig"));
+  EXPECT_TRUE(bus.take<v1::ColorLesson>("lesson"));
+  EXPECT_FALSE(bus.take<v1::ColorLesson>("lesson"));
+  const image::Rig rig = model::parse_rig(message->text(), "rig");
+  ASSERT_EQ(rig.cameras.size(), 2u);
+  EXPECT_NEAR((rig.cameras[1].camera.eye() - rig.cameras[0].camera.eye()).norm(), 0.25, 1e-6);
+  for (const auto stamp : {1u, 2u}) {
+    const auto left = bus.take<foxglove::RawImage>("image"),
+               right = bus.take<foxglove::RawImage>("right");
+    ASSERT_TRUE(left && right);
+    EXPECT_EQ(left->timestamp().seconds(), stamp);
+    EXPECT_EQ(right->timestamp().seconds(), stamp);
+    EXPECT_NE(left->data(), right->data());
+  }
+}
+
+TEST(CameraNode, ARandomSceneIsThatOfItsSeedWithALessonWithinItsImage) {
+  const auto first = [](int seed) {
+    testing::Loopback bus;
+    CameraParams p;
+    p.stereo = true;
+    p.scene = "random";
+    p.seed = seed;
+    CameraNode node(p, bus);
+    node.step(1s);
+    const auto lesson = bus.take<v1::ColorLesson>("lesson");
+    EXPECT_TRUE(lesson && lesson->regions_size() == 4);
+    for (const v1::ColorRegion& r : lesson->regions()) {
+      EXPECT_LE(r.left() + r.width(), 640u);
+      EXPECT_LE(r.top() + r.height(), 480u);
+    }
+    return bus.take<foxglove::RawImage>("image")->data();
+  };
+  EXPECT_EQ(first(3), first(3));
+  EXPECT_NE(first(3), first(4));
+}
+
+TEST(CameraNode, TheRobotsEyeSeesWhatTheWorldTells) {
+  testing::Loopback bus;
+  CameraParams p;
+  p.source = "robot";
+  p.robot = std::string(MIMESIS_SOURCE_DIR) + "/models/lwr4.yaml";
+  p.picture.view.eye_m = {0.25, 0.95, 1.0};
+  p.picture.view.target_m = {0.0, 0.2, 0.0};
+  CameraNode node(p, bus);
+  node.step(1s);
+  EXPECT_FALSE(bus.take<foxglove::RawImage>("image"));  // the world is not known yet
+  const kin::Table table =
+      model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml");
+  bus.send("scene", model::to_proto(table), 1s);
+  v1::JointState arm;
+  for (const double q : model::load_arm(p.robot).home) arm.add_position_rad(q);
+  bus.send("arm", arm, 1s);
+  const auto seen = [&](const Eigen::Vector3d& object, runtime::Time now) {
+    v1::WorldState state;
+    state.mutable_object_position_in_world_m()->set_x_m(object.x());
+    state.mutable_object_position_in_world_m()->set_y_m(object.y());
+    state.mutable_object_position_in_world_m()->set_z_m(object.z());
+    bus.send("state", state, now);
+    node.step(now);
+    return bus.take<foxglove::RawImage>("image");
+  };
+  const auto before = seen(table.object, 2s);
+  ASSERT_TRUE(before);
+  // The object's green is where the calibration says: the y axis of W points to the right.
+  const image::Camera camera =
+      model::parse_rig(bus.take<v1::CameraRig>("rig")->text(), "rig").cameras[0].camera;
+  const auto green = [&](const foxglove::RawImage& image, const Eigen::Vector3d& p_W) {
+    const Eigen::Vector3d off = p_W - Eigen::Vector3d(0.52, 0.0, -0.01);
+    const Eigen::Vector2d pixel = camera.project({off.y(), off.z(), off.x()});
+    const auto at =
+        3 * static_cast<std::size_t>(640 * std::lround(pixel.y()) + std::lround(pixel.x()));
+    return static_cast<unsigned char>(image.data()[at + 1]) >
+           static_cast<unsigned char>(image.data()[at + 2]) + 40;
+  };
+  EXPECT_TRUE(green(*before, table.object));
+  const Eigen::Vector3d elsewhere = table.object + Eigen::Vector3d(0.0, 0.15, 0.0);
+  EXPECT_FALSE(green(*before, elsewhere));
+  const auto after = seen(elsewhere, 3s);
+  EXPECT_TRUE(green(*after, elsewhere));
+  EXPECT_FALSE(green(*after, table.object));
 }
 
 }  // namespace

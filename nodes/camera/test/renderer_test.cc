@@ -151,7 +151,7 @@ TEST(Renderer, DrawsTheObjectWhereTheTruthIs) {
   Picture picture;
   picture.faults = {0.0, 0.0, 1.0, 1.0};
   Renderer renderer(picture);
-  const image::Pinhole camera(picture.view);
+  const image::Camera camera(picture.view);
   image::Image frame;
   for (const double t : {0.0, 3.4, 7.0}) {
     renderer.render(t, frame);

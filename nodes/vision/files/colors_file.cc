@@ -14,12 +14,12 @@ namespace {
 
 using runtime::ParamVisitor;
 
-constexpr std::string_view kColorsFormat = "mimesis-colors-1";
+constexpr std::string_view kColorsFormat = "mimesis-colors-2";
 
 struct ClassEntry {
   std::string name;
   double u = -1.0, v = -1.0, u_deviation = 0.0, v_deviation = 0.0, correlation = 2.0;
-  double y_min = -1.0, y_max = -1.0;
+  double y = -1.0, y_min = -1.0, y_max = -1.0;
 
   void visit(ParamVisitor& g) {
     g("name", name);
@@ -28,6 +28,7 @@ struct ClassEntry {
     g("u_deviation", u_deviation, 0.5, 100.0);
     g("v_deviation", v_deviation, 0.5, 100.0);
     g("correlation", correlation, -0.99, 0.99);
+    g("y", y, 0.0, 255.0);
     g("y_min", y_min, 0.0, 255.0);
     g("y_max", y_max, 0.0, 255.0);
   }
@@ -75,6 +76,7 @@ TaughtColors load_colors(const std::string& file) {
     const double mixed = c.correlation * c.u_deviation * c.v_deviation;
     spot.emplace();
     spot->mean = {c.u, c.v};
+    spot->y = c.y;
     spot->y_min = c.y_min;
     spot->y_max = c.y_max;
     spot->covariance << c.u_deviation * c.u_deviation, mixed, mixed, c.v_deviation * c.v_deviation;
@@ -91,7 +93,8 @@ std::string colors_text(const TaughtColors& colors) {
     if (!spot) continue;
     const double u = std::sqrt(spot->covariance(0, 0)), v = std::sqrt(spot->covariance(1, 1));
     file.classes.push_back({std::string(name(static_cast<Kind>(k))), spot->mean.x(), spot->mean.y(),
-                            u, v, spot->covariance(0, 1) / (u * v), spot->y_min, spot->y_max});
+                            u, v, spot->covariance(0, 1) / (u * v), spot->y, spot->y_min,
+                            spot->y_max});
   }
   return "# Written by `mimesis vision teach`; meaning: nodes/vision/README.md\n" +
          runtime::dump_params([&file](ParamVisitor& v) { file.visit(v); });

@@ -4,6 +4,7 @@
 
 #include "nodes/vision/blob_tracker.h"
 #include "nodes/vision/regions.h"
+#include "nodes/vision/solids.h"
 #include "nodes/vision/table_watcher.h"
 
 namespace mimesis::vision {
@@ -88,13 +89,13 @@ TEST(Palm, AngleIsZeroFromAboveAndRightFromTheSide) {
 TEST(Silhouette, OfASmallBodyIsCentredOnItsCentre) {
   const image::Camera camera{image::View{}};
   const Vector2d at(0.1, 0.2);
-  const Vector2d seen = silhouette_centroid(camera, box(1e-3, 1e-3, 1e-3), at);
+  const Vector2d seen = outline(camera, box(1e-3, 1e-3, 1e-3), {at.x(), at.y(), 0.0}).mean;
   EXPECT_NEAR((seen - camera.project({0.1, 0.2, 0.0})).norm(), 0.0, 0.01);
 }
 
 TEST(Silhouette, OfALongBodyLeansTowardsItsNearEnd) {
   const image::Camera camera{image::View{}};
-  const Vector2d seen = silhouette_centroid(camera, box(0.03, 0.03, 0.26), {0.0, 0.2});
+  const Vector2d seen = outline(camera, box(0.03, 0.03, 0.26), {0.0, 0.2, 0.0}).mean;
   const Vector2d middle = camera.project({0.0, 0.2, 0.0}), near = camera.project({0.0, 0.2, 0.13});
   EXPECT_GT((seen - middle).dot(near - middle), 0.0);
   EXPECT_GT((seen - middle).norm(), 1.0);
@@ -105,7 +106,7 @@ TEST(Silhouette, IsInvertedByLocate) {
   for (const Body& body : {cylinder(0.024, 0.085), box(0.035, 0.03, 0.26), cylinder(0.046, 0.02)}) {
     for (const double x : {-0.3, 0.0, 0.35}) {
       for (const double y : {0.02, 0.3}) {
-        const auto found = locate(camera, body, silhouette_centroid(camera, body, {x, y}));
+        const auto found = locate(camera, body, outline(camera, body, {x, y, 0.0}).mean);
         ASSERT_TRUE(found);
         EXPECT_NEAR((*found - Vector2d(x, y)).norm(), 0.0, 2e-5);
       }

@@ -204,5 +204,106 @@ TEST_F(VisionRig, RefusesImagesLongAfterTheCalibration) {
   EXPECT_TRUE(seen(-day));  // simulated time
 }
 
+/// Two cameras 0.3 m apart and the table before them, as a camera node tells it.
+v1::CameraRig rig_message() {
+  image::View left, right;
+  right.eye_m[0] += 0.3;
+  image::Rig rig;
+  rig.date = "2026-01-01";
+  rig.board = "none";
+  rig.frame = image::Rig::Frame::table;
+  rig.pictures = 1;
+  rig.cameras = {{"left", image::Camera(left)}, {"right", image::Camera(right)}};
+  v1::CameraRig message;
+  message.set_text(model::rig_text(rig));
+  return message;
+}
+
+/// What each of them sees of a green cylinder in the plane of motion.
+foxglove::RawImage picture_of_cylinder(int side) {
+  image::View view;
+  view.eye_m[0] += 0.3 * side;
+  const image::Camera camera{view};
+  foxglove::RawImage m = picture("bgr8");
+  std::string data(3 * 640 * 480, '\x96');
+  const Eigen::Vector3d low = camera.in_camera({-0.1, 0.0, 0.0}),
+                        high = camera.in_camera({-0.1, 0.09, 0.0});
+  const Eigen::Vector2d a = camera.lens().project(low), b = camera.lens().project(high);
+  const double half = 0.025 * camera.scale({-0.1, 0.045, 0.0});
+  for (int v = static_cast<int>(b.y()); v < static_cast<int>(a.y()); ++v) {
+    const double share = (v - a.y()) / (b.y() - a.y()), u = a.x() + share * (b.x() - a.x());
+    for (int k = static_cast<int>(u - half); k <= static_cast<int>(u + half); ++k) {
+      const auto at = 3 * static_cast<std::size_t>(640 * v + k);
+      data[at] = static_cast<char>(80);
+      data[at + 1] = static_cast<char>(200);
+      data[at + 2] = static_cast<char>(70);
+    }
+  }
+  m.set_data(data);
+  return m;
+}
+
+TEST(VisionStereo, MeasuresThingsFromPairsOfOneTimeOnly) {
+  testing::Loopback bus;
+  VisionNode node(params(), bus);
+  bus.send("rig", rig_message(), 0s);
+  std::optional<v1::TeacherScene> scene;
+  runtime::Time now = 1s;
+  const auto show = [&](runtime::Time late) {
+    now += 33ms;
+    bus.send("image", picture_of_cylinder(0), now);
+    bus.send("right", picture_of_cylinder(1), now + late);
+    node.step(now + 1ms);
+    return bus.take_last<v1::TeacherScene>("scene");
+  };
+  for (int i = 0; i < 8; ++i) scene = show(1ms);
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->things_size(), 1);
+  const v1::TableThing& thing = scene->things(0);
+  EXPECT_EQ(thing.kind(), v1::BLOB_KIND_OBJECT);
+  EXPECT_NEAR(thing.center_in_table_m().x_m(), -0.1, 0.005);
+  EXPECT_NEAR(thing.center_in_table_m().y_m(), 0.045, 0.005);
+  EXPECT_NEAR(thing.center_in_table_m().z_m(), 0.0, 0.01);
+  ASSERT_EQ(thing.spread_m_size(), 6);
+  EXPECT_GT(thing.spread_m(5), 0.0);
+  EXPECT_FALSE(show(10ms));  // it may still come
+  node.step(now + 100ms);    // it did not
+  EXPECT_TRUE(bus.take_last<v1::TeacherScene>("scene"));
+}
+
+TEST(VisionStereo, AnUnreadableRigLeavesTheOneBefore) {
+  testing::Loopback bus;
+  VisionNode node(params(), bus);
+  v1::CameraRig bad = rig_message();
+  bad.set_text(bad.text() + "extra: 1\n");
+  bus.send("rig", bad, 0s);
+  bus.send("image", picture("bgr8"), 1s);
+  node.step(1s);
+  EXPECT_TRUE(bus.take<v1::Blobs>("blobs"));  // by `view`, with one camera
+}
+
+TEST(VisionNode, LearnsColoursFromClicks) {
+  testing::Loopback bus;
+  VisionNode node(params(), bus);
+  v1::ColorLesson lesson;
+  v1::ColorRegion& region = *lesson.add_regions();  // the green thing is a bridge from now on
+  region.set_kind(v1::BLOB_KIND_BRIDGE);
+  region.set_left(110);
+  region.set_top(220);
+  region.set_width(9);
+  region.set_height(9);
+  lesson.mutable_header()->set_stamp_ns(2'000'000'000u);
+  bus.send("lesson", lesson, 2s);
+  for (const auto& [stamp, kind] :
+       {std::pair{1s, v1::BLOB_KIND_OBJECT}, {2s, v1::BLOB_KIND_BRIDGE}}) {
+    bus.send("image", picture("bgr8"), stamp);
+    node.step(stamp);
+    const auto blobs = bus.take<v1::Blobs>("blobs");
+    ASSERT_TRUE(blobs);
+    ASSERT_EQ(blobs->blobs_size(), 1);
+    EXPECT_EQ(blobs->blobs(0).kind(), kind);
+  }
+}
+
 }  // namespace
 }  // namespace mimesis::vision

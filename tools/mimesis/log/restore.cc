@@ -22,7 +22,8 @@ constexpr double kStepTimeout_s = 60.0;
 /// A node that runs again, as far as its messages are asked for.
 class Producer {
  public:
-  Producer(const std::vector<OpenLog>& logs, const Life& life)
+  /// @param topics of its messages that will be asked for
+  Producer(const std::vector<OpenLog>& logs, const Life& life, const std::set<std::string>& topics)
       : life_(life),
         reader_(logs, life),
         node_(
@@ -30,7 +31,9 @@ class Producer {
             [&](int socket) {
               return replay_command(program_of(life, ""), life, folder_.path(), {}, socket);
             },
-            kStepTimeout_s) {}
+            kStepTimeout_s) {
+    for (const std::string& topic : topics) waiting_[topic];
+  }
 
   /// @throws VerbEnd if the node does not publish it again
   std::string take(const std::string& topic, std::uint64_t seq) {
@@ -100,7 +103,12 @@ class Restorer {
                                 channel.topic, sender_of(channel)),
                     1};
     }
-    return std::make_unique<Producer>(logs_, *life);
+    std::set<std::string> topics;
+    for (const OpenChannel& c : channels_of(logs_)) {
+      if (is_reference(*c.channel) && sender_of(*c.channel) == life->node())
+        topics.insert(c.channel->topic);
+    }
+    return std::make_unique<Producer>(logs_, *life, topics);
   }
 
   const std::vector<OpenLog>& logs_;

@@ -20,7 +20,6 @@ WorldParams params() {
   p.robot = kModels + "lwr4.yaml";
   p.table = kModels + "bridge_table.yaml";
   p.settle_s = p.retry_s = 0.1;
-  p.measurement_sigma_m = 0.0;
   return p;
 }
 
@@ -252,27 +251,38 @@ TEST(WorldNodeParams, ABlockedGoalIsAnObstacleEverybodySees) {
   EXPECT_DOUBLE_EQ(scene->object().position_in_world_m().x_m(), 0.41);
 }
 
-TEST(WorldNodeParams, MeasuredPlacesScatterAsAskedAndRepeatably) {
-  constexpr double kSigma = 0.002;
-  constexpr int kWorlds = 200;
-  const kin::Table truth = model::load_table(params().table);
-  const auto error = [&](int seed) -> Eigen::Vector3d {
+TEST(WorldNodeParams, ARandomSceneKeepsThingsOnWhatCarriesThem) {
+  const kin::Table usual = model::load_table(params().table);
+  const auto table = [](int seed) {
     WorldParams p = params();
-    p.measurement_sigma_m = kSigma;
+    p.scene = "random";
     p.seed = seed;
     testing::Loopback bus;
     WorldNode node(p, bus);
     node.step(1s);
-    return model::from_proto(*bus.take<v1::Scene>("scene")).object - truth.object;
+    return model::from_proto(*bus.take<v1::Scene>("scene"));
   };
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  for (int seed = 0; seed < kWorlds; ++seed) squares += error(seed).cwiseAbs2();
-  const Eigen::Vector3d rms = (squares / kWorlds).cwiseSqrt();
-  EXPECT_NEAR(rms.x(), kSigma, 0.2 * kSigma);  // four standard errors of an rms of 200
-  EXPECT_NEAR(rms.y(), kSigma, 0.2 * kSigma);
-  EXPECT_EQ(rms.z(), 0.0);
-  EXPECT_EQ(error(7), error(7));
-  EXPECT_NE(error(7), error(8));
+  double widest = 0.0;
+  for (int seed = 0; seed < 30; ++seed) {
+    const kin::Table t = table(seed);
+    EXPECT_TRUE(t.object.head<2>().isApprox(t.boxes[1].center.head<2>() +
+                                            (usual.object - usual.boxes[1].center).head<2>()));
+    for (std::size_t i = 0; i < t.goals.size(); ++i) {
+      const kin::Box& stand = t.boxes[2 + i];
+      const auto above = [](const kin::Table& of, std::size_t k) -> Eigen::Vector3d {
+        return of.goals[k].position - of.boxes[2 + k].center -
+               of.boxes[2 + k].half_extent.z() * Eigen::Vector3d::UnitZ();
+      };
+      EXPECT_TRUE(above(t, i).isApprox(above(usual, i), 1e-9)) << stand.name;
+      EXPECT_NEAR(stand.center.z() - stand.half_extent.z(), -0.01, 1e-12);
+      const double aside = (t.goals[i].position - usual.goals[i].position).cwiseAbs().maxCoeff();
+      EXPECT_LE(aside, 0.015);
+      widest = std::max(widest, aside);
+    }
+  }
+  EXPECT_GT(widest, 0.013);
+  EXPECT_EQ(table(7).object, table(7).object);
+  EXPECT_NE(table(7).object, table(8).object);
 }
 
 TEST(WorldNodeParams, AMissingFileIsAConfigurationError) {

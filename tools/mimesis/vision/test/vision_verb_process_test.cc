@@ -91,9 +91,9 @@ TEST_F(Teach, WritesColoursThatAreReadAgain) {
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();
   good_ = text.str();
-  EXPECT_EQ(complaint("mimesis-colors-1", "mimesis-colors-1"), "");
+  EXPECT_EQ(complaint("mimesis-colors-2", "mimesis-colors-2"), "");
   EXPECT_NE(complaint("colors-1", "colors-2")
-                .find("edited.yaml:2:9: format: expected one of mimesis-colors-1"),
+                .find("edited.yaml:2:9: format: expected one of mimesis-colors-2"),
             std::string::npos);
   EXPECT_NE(complaint("name: \"bridge\"", "name: object").find("'object' is there twice"),
             std::string::npos);

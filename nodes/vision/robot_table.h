@@ -1,0 +1,51 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "common/kin/table.h"
+#include "nodes/vision/stereo_scene.h"
+
+namespace mimesis::vision {
+
+/// What the robot knows of its table beforehand. Frame W.
+struct RobotTableSetup {
+  /// Frame T in W: place of its origin; turned by 0 its axes x, y, z are those of y, z, x of W.
+  std::vector<double> origin_m{0.0, 0.0, 0.0};
+  double yaw_rad = 0.0;                                 ///< of T, about the vertical
+  std::vector<double> top_half_m{0.75, 0.9, 0.025};     ///< half extents of the table top, W
+  std::vector<double> top_center_m{0.55, 0.0, -0.035};  ///< its centre, W
+  double support_half_m = 0.03;  ///< half the width of what an object stands on if it stands high
+  double goal_radius_m = 0.02;   ///< an object this near to a goal's centre is placed
+  double spacing_m = 0.0375;     ///< of the bridge's safety balls
+  /// Obstacles are larger by so many standard deviations of their places [1].
+  double doubt = 1.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("origin_m", origin_m, -10.0, 10.0, 3);
+    v("yaw_rad", yaw_rad, -3.2, 3.2);
+    v("top_half_m", top_half_m, 1e-3, 10.0, 3);
+    v("top_center_m", top_center_m, -10.0, 10.0, 3);
+    v("support_half_m", support_half_m, 1e-3, 1.0);
+    v("goal_radius_m", goal_radius_m, 1e-3, 1.0);
+    v("spacing_m", spacing_m, 1e-3, 1.0);
+    v("doubt", doubt, 0.0, 10.0);
+  }
+};
+
+/// The robot's table as it was seen, and how well its places are known.
+struct SeenTable {
+  kin::Table table;
+  Eigen::Matrix3d object_m2 = Eigen::Matrix3d::Zero(), bridge_m2 = object_m2;
+  std::vector<Eigen::Matrix3d> goals_m2;  ///< of table.goals
+};
+
+/// Turns what two cameras measured in frame T into obstacles, goals and the object in W: a bar on
+/// two posts; under each goal a stand down to the table; under an object that stands high a plinth.
+/// The object is the one known longest of those that stand on no goal, others are obstacles. Of
+/// several goals the highest is high, the lowest low.
+/// @returns nothing while there is no object, no bridge, or not two goals of different height.
+std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup);
+
+}  // namespace mimesis::vision

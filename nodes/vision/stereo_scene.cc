@@ -1,0 +1,297 @@
+#include "nodes/vision/stereo_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mimesis::vision {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::array<Kind, 4> kThings{Kind::object, Kind::bridge, Kind::goal_high, Kind::goal_low};
+constexpr double kAlike = 0.04;  // areas that differ by less show the same part of a thing
+constexpr double kHere = 0.03;   // [m] from one picture to the next
+
+/// Regions that may be one thing, and how badly they fit.
+struct Candidate {
+  std::size_t left, right;
+  double cost;
+};
+
+/// The most pairs without a region in two of them, of these the best: exhaustive, since things of
+/// one class are few.
+struct Choice {
+  std::vector<std::size_t> taken;
+  double cost = 0.0;
+};
+void choose_pairs(std::span<const Candidate> candidates, std::size_t from, Choice& now,
+                  Choice& best) {
+  const auto better = [](const Choice& a, const Choice& b) {
+    return a.taken.size() != b.taken.size() ? a.taken.size() > b.taken.size() : a.cost < b.cost;
+  };
+  if (better(now, best)) best = now;
+  for (std::size_t i = from; i < candidates.size(); ++i) {
+    const Candidate& c = candidates[i];
+    const bool free = std::ranges::none_of(now.taken, [&](std::size_t k) {
+      return candidates[k].left == c.left || candidates[k].right == c.right;
+    });
+    if (!free) continue;
+    now.taken.push_back(i);
+    now.cost += c.cost;
+    choose_pairs(candidates, i + 1, now, best);
+    now.taken.pop_back();
+    now.cost -= c.cost;
+  }
+}
+
+double upper_quartile(std::vector<double> values) {
+  const auto at = values.begin() + 3 * (static_cast<std::ptrdiff_t>(values.size()) - 1) / 4;
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+std::string in_words(const Vector3d& p) {
+  return fmt::format("({:.0f}, {:.0f}, {:.0f}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
+}
+
+}  // namespace
+
+Outline outline_of(const Moments& m) {
+  // A pixel is a unit square, not a point.
+  constexpr double kPixel = 1.0 / 12.0;
+  const double u = m.mean_u(), v = m.mean_v();
+  Outline out{m.area, {u, v}, {}};
+  out.spread << m.uu / m.area - u * u + kPixel, m.uv / m.area - u * v, m.uv / m.area - u * v,
+      m.vv / m.area - v * v + kPixel;
+  return out;
+}
+
+StereoScene::StereoScene(const image::Camera& left, const image::Camera& right,
+                         const SceneLimits& limits)
+    : cameras_{left, right}, limits_(limits) {}
+
+std::vector<StereoScene::Pair> StereoScene::pairs(Kind kind, std::span<const Region> left,
+                                                  std::span<const Region> right) const {
+  // Of the logarithm of their ratio: a bar that points to one camera looks short to it.
+  const double most = kind == Kind::bridge ? 1.2 : 0.5;
+  constexpr double kBelow = 0.02, kFar = 3;  // [m]
+  constexpr std::size_t kMost = 8;           // the largest; more are clutter
+  std::array<std::vector<Outline>, 2> seen;
+  for (std::size_t side = 0; side < 2; ++side) {
+    for (const Region& r : side == 0 ? left : right) {
+      if (r.kind == kind && r.moments.area >= limits_.min_area)
+        seen[side].push_back(outline_of(r.moments));
+    }
+    std::ranges::stable_sort(seen[side], std::greater{}, &Outline::area);
+    if (seen[side].size() > kMost) seen[side].resize(kMost);
+  }
+  std::vector<Candidate> candidates;
+  std::vector<Pair> possible;
+  for (std::size_t i = 0; i < seen[0].size(); ++i) {
+    for (std::size_t k = 0; k < seen[1].size(); ++k) {
+      const Outline &a = seen[0][i], &b = seen[1][k];
+      const double off = image::epipolar_distance(cameras_[0], cameras_[1], a.mean, b.mean);
+      const double ratio = std::abs(std::log(a.area / b.area));
+      if (off > limits_.epipolar_px || ratio > most) continue;
+      const std::array<image::Sighting, 2> rays{{{&cameras_[0], a.mean}, {&cameras_[1], b.mean}}};
+      const auto met = image::triangulate(rays);
+      // Regions of two things may lie on one line, too: one of the wrong pairs is below the table.
+      if (!met || met->p_T.y() < -kBelow || met->p_T.norm() > kFar) continue;
+      candidates.push_back({i, k, off / limits_.epipolar_px + ratio / most});
+      possible.push_back({{a, b}, met->p_T});
+    }
+  }
+  Choice now, best;
+  choose_pairs(candidates, 0, now, best);
+  std::vector<Pair> out;
+  for (const std::size_t i : best.taken) out.push_back(possible[i]);
+  return out;
+}
+
+void StereoScene::update(std::span<const Region> left, std::span<const Region> right) {
+  changes_.clear();
+  for (const Kind kind : kThings) follow(kind, pairs(kind, left, right));
+  const auto gone = [this](const Track& t) {
+    if (t.missing <= limits_.gone_pictures) return false;
+    if (t.announced)
+      changes_.push_back(fmt::format("{} {} is gone", name(t.thing.kind), t.thing.id));
+    return true;
+  };
+  std::erase_if(tracks_, gone);
+  version_ += static_cast<int>(changes_.size());
+  things_.clear();
+  for (const Track& t : tracks_) {
+    if (t.known) things_.push_back(t.thing);
+  }
+}
+
+void StereoScene::follow(Kind kind, std::vector<Pair> pairs) {
+  std::vector<Track*> waiting;
+  for (Track& t : tracks_) {
+    if (t.thing.kind == kind) waiting.push_back(&t);
+  }
+  // The nearest first, wherever it was last.
+  while (!waiting.empty() && !pairs.empty()) {
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t track = 0, pair = 0;
+    for (std::size_t i = 0; i < waiting.size(); ++i) {
+      for (std::size_t k = 0; k < pairs.size(); ++k) {
+        const double far = (pairs[k].middle - waiting[i]->last).norm();
+        if (far < least) std::tie(least, track, pair) = std::tuple(far, i, k);
+      }
+    }
+    // What is alone of its kind may have been moved while nobody looked.
+    if (least > kHere && (waiting.size() > 1 || pairs.size() > 1)) break;
+    see(*waiting[track], pairs[pair]);
+    waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(track));
+    pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(pair));
+  }
+  for (Track* t : waiting) {
+    ++t->missing;
+    t->thing.seen = false;
+  }
+  for (const Pair& pair : pairs) {
+    Track t;
+    t.thing.kind = kind;
+    t.thing.id = ++ids_;
+    restart(t, pair);
+    tracks_.push_back(std::move(t));
+  }
+}
+
+void StereoScene::restart(Track& track, const Pair& pair) {
+  track.memory = {pair};
+  track.next = 1;
+  track.count = 1;
+  track.missing = track.elsewhere = track.unlike = 0;
+  track.known = false;
+  track.last = pair.middle;
+}
+
+Vector3d StereoScene::usual_place(const Track& track) const {
+  Vector3d sum = Vector3d::Zero();
+  for (const Pair& p : track.memory) sum += p.middle;
+  return sum / static_cast<double>(track.memory.size());
+}
+
+std::array<double, 2> StereoScene::usual_areas(const Track& track) const {
+  std::array<double, 2> out{};
+  for (std::size_t side = 0; side < 2; ++side) {
+    std::vector<double> areas;
+    for (const Pair& p : track.memory) areas.push_back(p.seen[side].area);
+    out[side] = upper_quartile(std::move(areas));
+  }
+  return out;
+}
+
+void StereoScene::see(Track& track, const Pair& pair) {
+  constexpr int kSudden = 3;       // pictures elsewhere that are no outlier
+  constexpr double kWhole = 0.12;  // what is all in view keeps its area but for its distance
+  track.missing = 0;
+  track.thing.seen = true;
+  track.last = pair.middle;
+  const auto areas = usual_areas(track);
+  double change = 0.0;
+  const Vector3d usual = usual_place(track);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double nearer = cameras_[side].depth(usual) / cameras_[side].depth(pair.middle);
+    const double expected = areas[side] * nearer * nearer;
+    change = std::max(change, std::abs(pair.seen[side].area / expected - 1.0));
+  }
+  const double away = (pair.middle - usual).norm();
+  track.elsewhere = away > limits_.moved_m ? track.elsewhere + 1 : 0;
+  track.unlike = change > kWhole ? track.unlike + 1 : 0;
+  if (track.elsewhere >= kSudden && (track.unlike == 0 || track.unlike >= kMemory)) {
+    if (track.known) {
+      changes_.push_back(fmt::format("{} {} moved by {:.0f} mm to {}", name(track.thing.kind),
+                                     track.thing.id, 1e3 * away, in_words(pair.middle)));
+    }
+    return restart(track, pair);
+  }
+  if (track.elsewhere > 0) return;
+  if (track.memory.size() < kMemory) {
+    track.memory.push_back(pair);
+  } else {
+    track.memory[track.next++ % kMemory] = pair;
+  }
+  ++track.count;
+  constexpr int kOften = 5;
+  if (track.count <= 2 * limits_.settled_pictures || track.count % kOften == 0) measure(track);
+}
+
+void StereoScene::measure(Track& track) {
+  constexpr double kFloor_px = 0.25, kNoise_px = 0.3;  // of centroids: bias, and of one picture
+  constexpr double kMisfit = 4.0;                      // standard deviations
+  const auto areas = usual_areas(track);
+  std::array<Outline, 2> mean{};
+  int whole = 0;
+  for (const Pair& p : track.memory) {
+    const bool all = std::abs(p.seen[0].area / areas[0] - 1.0) < kAlike &&
+                     std::abs(p.seen[1].area / areas[1] - 1.0) < kAlike;
+    if (!all) continue;
+    ++whole;
+    for (std::size_t side = 0; side < 2; ++side) {
+      mean[side].area += p.seen[side].area;
+      mean[side].mean += p.seen[side].mean;
+      mean[side].spread += p.seen[side].spread;
+    }
+  }
+  if (whole < limits_.pictures) return;
+  for (Outline& o : mean) {
+    o.area /= whole;
+    o.mean /= whole;
+    o.spread /= whole;
+  }
+  Solid form;
+  if (track.thing.kind == Kind::bridge) {
+    form.form = Form::bar;
+    form.aspect = limits_.bar_aspect;
+  } else if (track.thing.kind != Kind::object && limits_.goal_form == "block") {
+    form.form = Form::block;
+  }
+  const auto found =
+      fit_solid(form, cameras_, mean, std::hypot(kFloor_px, kNoise_px / std::sqrt(whole)));
+  const bool likely = found && found->misfit < kMisfit &&
+                      found->solid.half_width > limits_.smallest_m &&
+                      found->solid.length < limits_.largest_m;
+  if (!likely) return;
+  track.thing.solid = found->solid;
+  track.thing.covariance_m2 = found->covariance_m2;
+  track.thing.pictures = whole;
+  track.known = true;
+  if (track.announced) return;
+  track.announced = true;
+  changes_.push_back(fmt::format("{} {} appeared at {}", name(track.thing.kind), track.thing.id,
+                                 in_words(found->solid.center)));
+}
+
+bool StereoScene::settled() const {
+  return std::ranges::all_of(tracks_, [this](const Track& t) {
+    return !t.announced || (t.known && t.thing.pictures >= limits_.settled_pictures);
+  });
+}
+
+std::vector<Thing> StereoScene::of(Kind kind) const {
+  std::vector<Thing> out;
+  std::ranges::copy_if(things_, std::back_inserter(out),
+                       [kind](const Thing& t) { return t.kind == kind; });
+  std::ranges::stable_sort(out, std::greater{}, [](const Thing& t) { return t.solid.top(); });
+  return out;
+}
+
+const Thing* StereoScene::bridge() const {
+  const auto it = std::ranges::find(things_, Kind::bridge, &Thing::kind);
+  return it == things_.end() ? nullptr : &*it;
+}
+
+std::vector<Thing> StereoScene::goals() const {
+  std::vector<Thing> out = of(Kind::goal_high), more = of(Kind::goal_low);
+  out.insert(out.end(), more.begin(), more.end());
+  std::ranges::stable_sort(out, std::greater{}, [](const Thing& t) { return t.solid.top(); });
+  return out;
+}
+
+}  // namespace mimesis::vision

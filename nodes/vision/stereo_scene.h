@@ -1,0 +1,112 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nodes/vision/regions.h"
+#include "nodes/vision/solids.h"
+
+namespace mimesis::vision {
+
+struct SceneLimits {
+  int min_area = 30;          ///< smaller regions are noise [pixels]
+  double epipolar_px = 4.0;   ///< regions of one thing are this near to each other's epipolar lines
+  double moved_m = 0.01;      ///< a thing that is seen this far from its place has moved
+  int pictures = 5;           ///< as many are needed for a thing to be known
+  int settled_pictures = 10;  ///< as many are needed for its place to be told for good
+  int gone_pictures = 45;     ///< a thing that is not seen for longer was taken away
+  double smallest_m = 0.0115,
+         largest_m = 1.5;              ///< sizes of things: from half the width to the span
+  double bar_aspect = 1.0;             ///< width of the bridge's bar over its thickness [1]
+  std::string goal_form = "cylinder";  ///< of the caps of goals: cylinder or block
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("min_area", min_area, 1, 100000);
+    v("epipolar_px", epipolar_px, 0.1, 100.0);
+    v("moved_m", moved_m, 1e-4, 1.0);
+    v("pictures", pictures, 1, 1000);
+    v("settled_pictures", settled_pictures, 1, 60);
+    v("gone_pictures", gone_pictures, 1, 100000);
+    v("smallest_m", smallest_m, 1e-4, 10.0);
+    v("largest_m", largest_m, 1e-4, 10.0);
+    v("bar_aspect", bar_aspect, 0.1, 10.0);
+    v("goal_form", goal_form, {"cylinder", "block"});
+  }
+};
+
+inline constexpr double kSameHeight_m = 0.01;  ///< goals that differ by less are of one height
+
+/// Something that rests on the table, measured by two cameras.
+struct Thing {
+  Kind kind = Kind::none;
+  int id = 0;  ///< kept while it is followed, also to another place
+  Solid solid;
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of its centre, frame T
+  int pictures = 0;                                         ///< that went into it
+  bool seen = true;                                         ///< in the newest pair
+};
+
+/// What stands on the table: objects, bars and goals, any number of each, from the regions of two
+/// calibrated cameras. Regions of one class that lie on each other's epipolar lines are one thing;
+/// what is seen in the same place again and again is averaged over the pictures in which neither
+/// camera has less of it (hidden) or more (grown together) than usual, and a solid is fitted to it.
+class StereoScene {
+ public:
+  StereoScene(const image::Camera& left, const image::Camera& right, const SceneLimits& limits);
+
+  /// The regions of a pair of pictures taken at the same time.
+  void update(std::span<const Region> left, std::span<const Region> right);
+
+  /// What is known, by id. What moves is not among it until it rests.
+  const std::vector<Thing>& things() const { return things_; }
+  /// Things of a kind, the highest first.
+  std::vector<Thing> of(Kind kind) const;
+  /// Bar that is known longest; null without one.
+  const Thing* bridge() const;
+  /// Goals of all colours, the highest first.
+  std::vector<Thing> goals() const;
+  /// Whether all that was ever announced rests and is known from enough pictures.
+  bool settled() const;
+  int version() const { return version_; }  ///< number of changes so far
+  /// Sudden changes in the newest pair, one line each: appeared, moved by, gone.
+  const std::vector<std::string>& changes() const { return changes_; }
+
+ private:
+  static constexpr int kMemory = 60;  // pictures
+  struct Pair {
+    std::array<Outline, 2> seen;
+    Eigen::Vector3d middle;  ///< where the rays through the centroids meet, T
+  };
+  struct Track {
+    Thing thing;
+    std::vector<Pair> memory;  ///< the last kMemory in this place
+    std::size_t next = 0;
+    int count = 0, missing = 0, elsewhere = 0, unlike = 0;
+    bool known = false, announced = false;
+    Eigen::Vector3d last = Eigen::Vector3d::Zero();  ///< newest middle
+  };
+
+  std::vector<Pair> pairs(Kind kind, std::span<const Region> left,
+                          std::span<const Region> right) const;
+  void follow(Kind kind, std::vector<Pair> pairs);
+  void see(Track& track, const Pair& pair);
+  void restart(Track& track, const Pair& pair);
+  void measure(Track& track);
+  Eigen::Vector3d usual_place(const Track& track) const;
+  std::array<double, 2> usual_areas(const Track& track) const;
+
+  std::array<image::Camera, 2> cameras_;
+  SceneLimits limits_;
+  std::vector<Track> tracks_;
+  std::vector<Thing> things_;
+  std::vector<std::string> changes_;
+  int ids_ = 0, version_ = 0;
+};
+
+/// Outline of a region, from its sums.
+Outline outline_of(const Moments& moments);
+
+}  // namespace mimesis::vision
