@@ -68,23 +68,26 @@ struct Curve {
   }
 };
 
-/// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, and of r²/k.
+/// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, of r²/k, and of the
+/// delay.
 struct Fan {
-  using Part = std::array<double, 6>;
+  using Part = std::array<double, 8>;
   const Stops& s;
 
+  double speed(Eigen::Index j, double w) const { return s.v0[j] + w * (s.v1[j] - s.v0[j]); }
   double ramp(Eigen::Index j, double w, double u) const {
-    const double v = s.v0[j] + w * (s.v1[j] - s.v0[j]), t = std::min(u, std::abs(v) / s.a[j]);
+    const double v = speed(j, w), t = std::min(u, std::abs(v) / s.a[j]);
     return std::copysign((std::abs(v) - 0.5 * s.a[j] * t) * t, v);
   }
   void place(const Part& part, BatchChecker::Postures& to, int lane) const {
-    const auto& [w0, w1, u0, u1, share0, share1] = part;
+    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1] = part;
     for (Eigen::Index j = 0; j < s.a.size(); ++j) {
       // Joints move one way: the ends of all ranges bound the postures between.
       double lo = std::numeric_limits<double>::infinity(), hi = -lo;
       for (const double w : {w0, w1}) {
         const double q = s.q0[j] + w * (s.q1[j] - s.q0[j]);
-        const double near = q + share0 * ramp(j, w, u0), far = q + share1 * ramp(j, w, u1);
+        const double near = q + delay0 * speed(j, w) + share0 * ramp(j, w, u0);
+        const double far = q + delay1 * speed(j, w) + share1 * ramp(j, w, u1);
         lo = std::min({lo, near, far});
         hi = std::max({hi, near, far});
       }
@@ -94,14 +97,15 @@ struct Fan {
     }
   }
   /// What each range adds to the motion [rad].
-  std::array<double, 3> widths(const Part& part) const {
-    const auto& [w0, w1, u0, u1, share0, share1] = part;
-    std::array<double, 3> width{};
+  std::array<double, 4> widths(const Part& part) const {
+    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1] = part;
+    std::array<double, 4> width{};
     for (Eigen::Index j = 0; j < s.a.size(); ++j) {
       const double far = std::abs(ramp(j, w1, u1));
       width[0] = std::max(width[0], (w1 - w0) * std::abs(s.q1[j] - s.q0[j]));
       width[1] = std::max(width[1], share1 * std::abs(far - std::abs(ramp(j, w1, u0))));
       width[2] = std::max(width[2], (share1 - share0) * far);
+      width[3] = std::max(width[3], (delay1 - delay0) * std::abs(speed(j, w1)));
     }
     return width;
   }
@@ -194,10 +198,16 @@ bool CollisionChecker::certify_curve(const Eigen::MatrixXd& control_points) {
   return certify_parts(Curve{}, open, kUnlimited);
 }
 
-bool CollisionChecker::certify_stops(const Stops& stops) {
+bool CollisionChecker::certify_stops(const Stops& given) {
+  Stops stops = given;
+  if (stops.bow_rad == 0.0) {  // on a line the delay only makes it longer
+    stops.v0 = stops.v1 = given.v0.norm() > given.v1.norm() ? given.v0 : given.v1;
+    stops.q1 += stops.delay_s * stops.v1;
+    stops.delay_s = 0.0;
+  }
   const double longest_s =
       stops.v0.cwiseAbs().cwiseMax(stops.v1.cwiseAbs()).cwiseQuotient(stops.a).maxCoeff();
-  std::vector<Fan::Part> open{{0.0, 1.0, 0.0, longest_s, 0.0, 1.0}};
+  std::vector<Fan::Part> open{{0.0, 1.0, 0.0, longest_s, 0.0, 1.0, 0.0, stops.delay_s}};
   return certify_parts(Fan{stops}, open, kPosturesPerStops);
 }
 

@@ -13,13 +13,15 @@ std::string in_mm(const Eigen::Vector3d& p);
 std::string in_words(const kin::Box& box);
 
 /// Stops without the path: every joint is slowed down by its own drive until all are at rest. They
-/// begin anywhere between two near points of a path, at the speeds v there or slower, with the
-/// decelerations a or harder. ρ(u) being the ramp from v with a, a stop at r v with k a leads along
-/// q + (r²/k) ρ(u): all of them are a fan of curves, r²/k from 0 to 1.
+/// begin anywhere between two near points of a path, at the speeds v there or slower, after at most
+/// `delay_s` in which the drives go on at these speeds, with the decelerations a or harder. ρ(u)
+/// being the ramp from v with a, a stop at r v with k a leads along q + r v τ + (r²/k) ρ(u): all of
+/// them are a fan of curves, r²/k from 0 to 1.
 struct Stops {
   Eigen::VectorXd q0, v0, q1, v1;  ///< [rad], [rad/s]
   Eigen::VectorXd a;               ///< [rad/s²]
-  double bow_rad = 0.0;            ///< how far the path leaves the line between the points
+  double delay_s = 0.0;
+  double bow_rad = 0.0;  ///< how far the path leaves the line between the points
 };
 
 /// Safety balls of an arm against obstacles and against itself [M18 2.3.2], for postures and for

@@ -143,13 +143,14 @@ bool TaskPlanner::add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
   CollisionChecker stops(arm_, obstacles, kStopMargin * settings_.margin_m);
   const SmoothPath path(waypoints, settings_.corner_rad,
                         [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
-  auto motion = time_optimal(path, speed * arm_.v_max, speed * arm_.a_max, settings_.period_s,
-                             [&](Stops those) {
-                               those.v0 *= kPace;
-                               those.v1 *= kPace;
-                               those.a = arm_.a_max;
-                               return stops.certify_stops(those);
-                             });
+  auto motion = time_optimal(
+      path, speed * arm_.v_max, speed * arm_.a_max, settings_.period_s, [&](Stops those) {
+        those.v0 *= kPace;
+        those.v1 *= kPace;
+        those.a = arm_.a_max;
+        those.delay_s = (1 + arm_.extrapolated_cycles) * settings_.period_s / kPace;
+        return stops.certify_stops(those);
+      });
   if (!motion) return false;
   plan.path_length_rad += path.length();
   plan.motions.push_back({phase, path.curves(), obstacles, std::move(*motion)});
