@@ -7,12 +7,19 @@
 namespace mimesis::kin {
 namespace {
 
-/// Rz(θ) Tz(d) Tx(a) Rx(α), multiplied out.
+/// Rz(θ) Tz(d) Tx(a) Rx(α), or Rx(α) Tx(a) Rz(θ) Tz(d), multiplied out.
 Eigen::Isometry3d link_transform(const DhLink& link, double q) {
   const double theta = q + link.offset;
   const double ct = std::cos(theta), st = std::sin(theta);
   const double ca = std::cos(link.alpha), sa = std::sin(link.alpha);
   Eigen::Isometry3d T;
+  if (link.modified) {
+    T.matrix() << ct, -st, 0.0, link.a,       //
+        st * ca, ct * ca, -sa, -sa * link.d,  //
+        st * sa, ct * sa, ca, ca * link.d,    //
+        0.0, 0.0, 0.0, 1.0;
+    return T;
+  }
   T.matrix() << ct, -st * ca, st * sa, link.a * ct,  //
       st, ct * ca, -ct * sa, link.a * st,            //
       0.0, sa, ca, link.d,                           //
@@ -20,7 +27,24 @@ Eigen::Isometry3d link_transform(const DhLink& link, double q) {
   return T;
 }
 
+Eigen::Isometry3d dh_part(const DhLink& link) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  const double ca = std::cos(link.alpha), sa = std::sin(link.alpha);
+  T.linear() << 1.0, 0.0, 0.0, 0.0, ca, -sa, 0.0, sa, ca;
+  T.translation() = Eigen::Vector3d(link.a, 0.0, link.d);
+  if (link.modified) T.translation() = Eigen::Vector3d(link.a, -sa * link.d, ca * link.d);
+  return T;
+}
+
 }  // namespace
+
+Eigen::Isometry3d DhLink::before_joint() const {
+  return modified ? dh_part(*this) : Eigen::Isometry3d::Identity();
+}
+
+Eigen::Isometry3d DhLink::after_joint() const {
+  return modified ? Eigen::Isometry3d::Identity() : dh_part(*this);
+}
 
 void forward(const ArmModel& arm, const Eigen::Ref<const Eigen::VectorXd>& q,
              std::vector<Eigen::Isometry3d>& X) {
@@ -48,8 +72,9 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(const ArmModel& arm,
   const Eigen::Vector3d p_WE = X.back() * arm.X_LE.translation();
   Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, arm.dof());
   for (int i = 0; i < arm.dof(); ++i) {
-    // Joint i + 1 turns about the z axis of frame i: ṗ = z × (p_E − p_i), ω = z.
-    const Eigen::Isometry3d& frame = X[static_cast<std::size_t>(i)];
+    // Joint i + 1 turns about the z axis before it: ṗ = z × (p_E − p_i), ω = z.
+    const auto at = static_cast<std::size_t>(i);
+    const Eigen::Isometry3d frame = X[at] * arm.links[at].before_joint();
     const Eigen::Vector3d z = frame.linear().col(2);
     J.col(i).head<3>() = z.cross(p_WE - frame.translation());
     J.col(i).tail<3>() = z;

@@ -6,13 +6,18 @@
 
 namespace mimesis::kin {
 
-/// One link of a serial arm in standard Denavit-Hartenberg form: T = Rz(q + offset) Tz(d) Tx(a)
-/// Rx(alpha).
+/// One link of a serial arm in Denavit-Hartenberg form. Standard: T = Rz(q + offset) Tz(d) Tx(a)
+/// Rx(alpha). Modified: T = Rx(alpha) Tx(a) Rz(q + offset) Tz(d).
 struct DhLink {
   double a = 0.0;       ///< [m]
   double alpha = 0.0;   ///< [rad]
   double d = 0.0;       ///< [m]
   double offset = 0.0;  ///< [rad]
+  bool modified = false;
+
+  /// The parts of T before and after Rz(q + offset).
+  Eigen::Isometry3d before_joint() const;
+  Eigen::Isometry3d after_joint() const;
 };
 
 /// Safety ball [M18 2.3.2], fixed in frame `frame` (0 = base, i = after joint i).

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -15,10 +16,14 @@ namespace {
 using runtime::ParamVisitor;
 
 constexpr double kLeastRate_hz = 10.0, kMostRate_hz = 1000.0;
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 struct JointEntry {
   double a_m = 0.0, alpha_rad = 0.0, d_m = 0.0, offset_rad = 0.0;
-  double q_min_rad = 0.0, q_max_rad = 0.0, v_max_rad_s = 0.0, a_max_rad_s2 = 0.0, home_rad = 0.0;
+  // Out of their ranges: a file that leaves one out is refused by its name.
+  double q_min_rad = kMissing, q_max_rad = kMissing, v_max_rad_s = kMissing,
+         a_max_rad_s2 = kMissing;
+  double home_rad = 0.0;
 
   void visit(ParamVisitor& v) {
     v("a_m", a_m, -10.0, 10.0);
@@ -58,8 +63,9 @@ struct PairEntry {
 
 struct ArmFile {
   kin::ArmModel arm;  // figures that need no check; the others are added to it
-  std::vector<double> base_m{0.0, 0.0, 0.0};
-  std::vector<double> tool_m{0.0, 0.0, 0.0};
+  std::string convention = "standard";
+  std::vector<double> base_m{0.0, 0.0, 0.0}, base_rpy_rad{0.0, 0.0, 0.0};
+  std::vector<double> tool_m{0.0, 0.0, 0.0}, tool_rpy_rad{0.0, 0.0, 0.0};
   std::vector<JointEntry> joints;
   std::vector<std::string> obstacle_groups;
   std::vector<PairEntry> self_pairs;
@@ -70,8 +76,11 @@ struct ArmFile {
     v("drives", arm.drives);
     v("rate_hz", arm.rate_hz, kLeastRate_hz, kMostRate_hz);
     v("extrapolated_cycles", arm.extrapolated_cycles, 0, 10);
+    v("convention", convention, {"standard", "modified"});
     v("base_m", base_m, -10.0, 10.0, 3);
+    v("base_rpy_rad", base_rpy_rad, -6.3, 6.3, 3);
     v("tool_m", tool_m, -10.0, 10.0, 3);
+    v("tool_rpy_rad", tool_rpy_rad, -6.3, 6.3, 3);
     list(v, "joints", joints);
     v("groups", arm.groups);
     v("obstacle_groups", obstacle_groups);
@@ -80,6 +89,19 @@ struct ArmFile {
   }
 };
 
+/// As in a URDF: Rz(yaw) Ry(pitch) Rx(roll).
+Eigen::Isometry3d pose(const std::vector<double>& position_m, const std::vector<double>& rpy_rad) {
+  using Eigen::AngleAxisd, Eigen::Vector3d;
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Vector3d::Map(position_m.data());
+  if (Vector3d::Map(rpy_rad.data()).isZero(0.0)) return X;
+  X.linear() =
+      (AngleAxisd(rpy_rad[2], Vector3d::UnitZ()) * AngleAxisd(rpy_rad[1], Vector3d::UnitY()) *
+       AngleAxisd(rpy_rad[0], Vector3d::UnitX()))
+          .matrix();
+  return X;
+}
+
 class Builder {
  public:
   Builder(const std::string& file, const ArmFile& entry) : file_(file), entry_(entry) {}
@@ -87,8 +109,8 @@ class Builder {
   kin::ArmModel build() const {
     if (entry_.joints.empty()) fail("joints", "there is none");
     kin::ArmModel arm = entry_.arm;
-    arm.X_WB.translation() = Eigen::Vector3d::Map(entry_.base_m.data());
-    arm.X_LE.translation() = Eigen::Vector3d::Map(entry_.tool_m.data());
+    arm.X_WB = pose(entry_.base_m, entry_.base_rpy_rad);
+    arm.X_LE = pose(entry_.tool_m, entry_.tool_rpy_rad);
     add_joints(arm);
     add_balls(arm);
     for (const std::string& group : entry_.obstacle_groups) {
@@ -123,7 +145,11 @@ class Builder {
       if (j.home_rad < j.q_min_rad || j.home_rad > j.q_max_rad) {
         fail(key, "home_rad is outside q_min_rad .. q_max_rad");
       }
-      arm.links.push_back({.a = j.a_m, .alpha = j.alpha_rad, .d = j.d_m, .offset = j.offset_rad});
+      arm.links.push_back({.a = j.a_m,
+                           .alpha = j.alpha_rad,
+                           .d = j.d_m,
+                           .offset = j.offset_rad,
+                           .modified = entry_.convention == "modified"});
       arm.q_min[i] = j.q_min_rad;
       arm.q_max[i] = j.q_max_rad;
       arm.v_max[i] = j.v_max_rad_s;

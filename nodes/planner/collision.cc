@@ -1,23 +1,127 @@
 #include "nodes/planner/collision.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-
-#include "nodes/planner/ball_gaps.h"
+#include <limits>
 
 namespace mimesis::planner {
 namespace {
 
-/// Parts whose joints move less are not halved further: no ball moves by more than some hundredths
+/// Parts whose joints move less are not divided further: no ball moves by more than some tenths
 /// of a millimetre there, and an undecided part counts as touching [rad].
-constexpr double kUndecided = 1e-5;
+constexpr double kUndecided = 1e-4;
+/// The same for stops, and the effort for those between two points: slower ones need less.
+constexpr double kUndecidedStops = 1e-4;
+constexpr long kPosturesPerStops = 4000, kUnlimited = std::numeric_limits<long>::max();
 
-int group_of_last_frame(const kin::ArmModel& arm) {
-  for (const auto& ball : arm.balls) {
-    if (ball.frame == arm.dof()) return ball.group;
+/// Straight from a to b. A part: its middle, 0 .. 1, and half its width.
+struct Line {
+  using Part = std::array<float, 2>;
+  const Eigen::Ref<const Eigen::VectorXd>&a, &b;
+  float longest;
+
+  void place(const Part& part, BatchChecker::Postures& to, int lane) const {
+    for (Eigen::Index j = 0; j < a.size(); ++j) {
+      const auto from = static_cast<float>(a[j]), way = static_cast<float>(b[j] - a[j]);
+      to.q[static_cast<std::size_t>(j)][lane] = from + part[0] * way;
+      to.deviation[static_cast<std::size_t>(j)][lane] = part[1] * std::abs(way);
+    }
   }
-  return arm.balls.empty() ? 0 : arm.balls.back().group;
-}
+  bool last(const Part& part) const { return part[1] * longest < static_cast<float>(kUndecided); }
+  std::array<Part, 2> halves(const Part& part) const {
+    const float quarter = 0.5f * part[1];
+    return {Part{part[0] - quarter, quarter}, Part{part[0] + quarter, quarter}};
+  }
+};
+
+/// A part: its control points. The curve stays in their hull.
+struct Curve {
+  using Part = Eigen::MatrixXd;
+
+  /// De Casteljau at 1/2.
+  static std::array<Part, 2> halves(const Part& part) {
+    const Eigen::Index m = part.cols();
+    Part left(part.rows(), m), right = part;
+    left.col(0) = right.col(0);
+    for (Eigen::Index level = 1; level < m; ++level) {
+      for (Eigen::Index i = 0; i < m - level; ++i)
+        right.col(i) = 0.5 * (right.col(i) + right.col(i + 1));
+      left.col(level) = right.col(0);
+    }
+    return {left, right};
+  }
+  static double width(const Part& part, Eigen::Index j) {
+    return 0.5 * (part.row(j).maxCoeff() - part.row(j).minCoeff());
+  }
+  static void place(const Part& part, BatchChecker::Postures& to, int lane) {
+    for (Eigen::Index j = 0; j < part.rows(); ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      to.q[i][lane] = static_cast<float>(0.5 * (part.row(j).maxCoeff() + part.row(j).minCoeff()));
+      to.deviation[i][lane] = static_cast<float>(width(part, j));
+    }
+  }
+  static bool last(const Part& part) {
+    double widest = 0.0;
+    for (Eigen::Index j = 0; j < part.rows(); ++j) widest = std::max(widest, width(part, j));
+    return widest < kUndecided;
+  }
+};
+
+/// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, of r²/k, and of the
+/// delay.
+struct Fan {
+  using Part = std::array<double, 8>;
+  const Stops& s;
+
+  double speed(Eigen::Index j, double w) const { return s.v0[j] + w * (s.v1[j] - s.v0[j]); }
+  double ramp(Eigen::Index j, double w, double u) const {
+    const double v = speed(j, w), t = std::min(u, std::abs(v) / s.a[j]);
+    return std::copysign((std::abs(v) - 0.5 * s.a[j] * t) * t, v);
+  }
+  void place(const Part& part, BatchChecker::Postures& to, int lane) const {
+    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1] = part;
+    for (Eigen::Index j = 0; j < s.a.size(); ++j) {
+      // Joints move one way: the ends of all ranges bound the postures between.
+      double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+      for (const double w : {w0, w1}) {
+        const double q = s.q0[j] + w * (s.q1[j] - s.q0[j]);
+        const double near = q + delay0 * speed(j, w) + share0 * ramp(j, w, u0);
+        const double far = q + delay1 * speed(j, w) + share1 * ramp(j, w, u1);
+        lo = std::min({lo, near, far});
+        hi = std::max({hi, near, far});
+      }
+      const auto i = static_cast<std::size_t>(j);
+      to.q[i][lane] = static_cast<float>(0.5 * (lo + hi));
+      to.deviation[i][lane] = static_cast<float>(0.5 * (hi - lo) + s.bow_rad);
+    }
+  }
+  /// What each range adds to the motion [rad].
+  std::array<double, 4> widths(const Part& part) const {
+    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1] = part;
+    std::array<double, 4> width{};
+    for (Eigen::Index j = 0; j < s.a.size(); ++j) {
+      const double far = std::abs(ramp(j, w1, u1));
+      width[0] = std::max(width[0], (w1 - w0) * std::abs(s.q1[j] - s.q0[j]));
+      width[1] = std::max(width[1], share1 * std::abs(far - std::abs(ramp(j, w1, u0))));
+      width[2] = std::max(width[2], (share1 - share0) * far);
+      width[3] = std::max(width[3], (delay1 - delay0) * std::abs(speed(j, w1)));
+    }
+    return width;
+  }
+  bool last(const Part& part) const {
+    const auto width = widths(part);
+    return *std::max_element(width.begin(), width.end()) < kUndecidedStops;
+  }
+  std::array<Part, 2> halves(const Part& part) const {
+    const auto width = widths(part);
+    const auto at = std::max_element(width.begin(), width.end()) - width.begin();
+    const auto range = static_cast<std::size_t>(2 * at);
+    std::array<Part, 2> parts{part, part};
+    parts[0][range + 1] = parts[1][range] = 0.5 * (part[range] + part[range + 1]);
+    return parts;
+  }
+};
 
 }  // namespace
 
@@ -32,194 +136,139 @@ std::string in_words(const kin::Box& box) {
 
 CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
                                    double margin_m)
-    : arm_(arm), obstacles_(obstacles), margin_(margin_m) {
-  add_balls(true);
-  of_the_arm_ = balls_.size();
-  for (const auto& ball : obstacles_.held) {
-    balls_.push_back({arm_.dof(), group_of_last_frame(arm_), arm_.X_LE * ball.center, ball.radius});
-    names_.emplace_back("the held object");
-  }
-  against_all_ = balls_.size();
-  add_balls(false);
-  add_self_pairs();
-
-  const std::size_t count = balls_.size();
-  const auto n = static_cast<std::size_t>(arm_.dof());
-  x_.resize(count);
-  y_.resize(count);
-  z_.resize(count);
-  for (const auto& ball : balls_) reach_.push_back(ball.radius + margin_);
-  no_motion_.assign(count, 0.0);
-  bound_.assign(n + 1, std::vector<double>(count, 0.0));
-  moved_by_.assign(n, std::vector<double>(count, 0.0));
-  for (std::size_t joint = 0; joint < n; ++joint) {
-    for (std::size_t i = 0; i < count; ++i) {
-      moved_by_[joint][i] = static_cast<int>(joint) < balls_[i].frame ? 1.0 : 0.0;
-    }
-  }
-  X_WF_.resize(n + 1);
-  deviation_.resize(arm_.dof());
-  middle_.resize(arm_.dof());
-}
-
-void CollisionChecker::add_balls(bool against_obstacles) {
-  for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
-    const auto& ball = arm_.balls[i];
-    const auto& groups = arm_.env_groups;
-    if ((std::find(groups.begin(), groups.end(), ball.group) != groups.end()) != against_obstacles)
-      continue;
-    balls_.push_back(ball);
-    names_.push_back("ball " + std::to_string(i) + " (" +
-                     arm_.groups[static_cast<std::size_t>(ball.group)] + ")");
-  }
-}
-
-void CollisionChecker::add_self_pairs() {
-  for (const auto& [group_a, group_b] : arm_.self_pairs) {
-    for (std::size_t a = 0; a < balls_.size(); ++a) {
-      for (std::size_t b = 0; b < balls_.size(); ++b) {
-        if (balls_[a].group != group_a || balls_[b].group != group_b) continue;
-        self_pairs_.push_back({a, b, balls_[a].radius + balls_[b].radius + margin_});
-      }
-    }
-  }
-}
-
-void CollisionChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
-  ++postures_;
-  kin::forward(arm_, q, X_WF_);
-  for (std::size_t i = 0; i < balls_.size(); ++i) {
-    const Eigen::Vector3d p = X_WF_[static_cast<std::size_t>(balls_[i].frame)] * balls_[i].center;
-    x_[i] = p.x();
-    y_[i] = p.y();
-    z_[i] = p.z();
-  }
-}
-
-void CollisionChecker::bound_motion() {
-  const BallArrays all{x_.data(), y_.data(), z_.data(), reach_.data(), balls_.size()};
-  for (std::size_t joint = moved_by_.size(); joint-- > 0;) {
-    const Eigen::Isometry3d& X_WF = X_WF_[joint];  // joint j turns about z of frame j
-    const Eigen::Vector3d origin = X_WF.translation(), axis = X_WF.linear().col(2);
-    add_joint_motion(all, moved_by_[joint].data(), origin.data(), axis.data(),
-                     deviation_[static_cast<Eigen::Index>(joint)], bound_[joint + 1].data(),
-                     bound_[joint].data());
-  }
-}
-
-double CollisionChecker::relative_bound(const SelfPair& pair) const {
-  const auto frame_a = static_cast<std::size_t>(balls_[pair.a].frame);
-  const auto frame_b = static_cast<std::size_t>(balls_[pair.b].frame);
-  return bound_[frame_a][pair.b] + bound_[frame_b][pair.a];  // one of the two is 0
-}
-
-CollisionChecker::Verdict CollisionChecker::judge(bool with_bounds) const {
-  bool within = false;
-  const double* bound = with_bounds ? bound_[0].data() : no_motion_.data();
-  const BallArrays all{x_.data(), y_.data(), z_.data(), reach_.data(), against_all_};
-  const BallArrays of_the_arm{x_.data(), y_.data(), z_.data(), reach_.data(), of_the_arm_};
-  const auto touches = [&within](const Gaps& gaps) {
-    within |= gaps.within_bound;
-    return gaps.touches;
-  };
-  for (const auto& box : obstacles_.boxes) {
-    if (touches(box_gaps(all, bound, box))) return Verdict::touches;
-  }
-  for (const auto& box : obstacles_.supports) {
-    if (touches(box_gaps(of_the_arm, bound, box))) return Verdict::touches;
-  }
-  for (const auto& ball : obstacles_.balls) {
-    if (touches(ball_gaps(all, bound, ball))) return Verdict::touches;
-  }
-  for (const auto& pair : self_pairs_) {
-    const double dx = x_[pair.a] - x_[pair.b], dy = y_[pair.a] - y_[pair.b],
-                 dz = z_[pair.a] - z_[pair.b];
-    const double squared = dx * dx + dy * dy + dz * dz;
-    if (squared < pair.reach * pair.reach) return Verdict::touches;
-    if (!with_bounds) continue;
-    const double far = pair.reach + relative_bound(pair);
-    within |= squared < far * far;
-  }
-  return with_bounds && !within ? Verdict::certified : Verdict::free;
-}
+    : arm_(arm), obstacles_(obstacles), margin_(margin_m), batch_(arm, obstacles, margin_m) {}
 
 bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
-  place(q);
-  return judge(false) != Verdict::touches;
+  for (Eigen::Index j = 0; j < q.size(); ++j)
+    lanes_.q[static_cast<std::size_t>(j)] = static_cast<float>(q[j]) - Lanes{};
+  ++postures_;
+  return batch_.judge(lanes_).touches == 0;
 }
 
-std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eigen::VectorXd>& q) {
-  place(q);
-  const auto center = [&](std::size_t i) { return Eigen::Vector3d(x_[i], y_[i], z_[i]); };
-  for (std::size_t i = 0; i < against_all_; ++i) {
-    const BallArrays one{&x_[i], &y_[i], &z_[i], &reach_[i], 1};
-    const auto box_text = [&](const kin::Box& box) {
-      return names_[i] + " touches " + in_words(box);
-    };
-    for (const auto& ball : obstacles_.balls) {
-      if (ball_gaps(one, no_motion_.data(), ball).touches) {
-        return names_[i] + " touches the obstacle ball at " + in_mm(ball.center);
-      }
+std::vector<char> CollisionChecker::free_columns(
+    const Eigen::Ref<const Eigen::MatrixXd>& postures) {
+  std::vector<char> free(static_cast<std::size_t>(postures.cols()));
+  for (Eigen::Index first = 0; first < postures.cols(); first += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Eigen::Index column = std::min(first + lane, postures.cols() - 1);
+      for (Eigen::Index j = 0; j < postures.rows(); ++j)
+        lanes_.q[static_cast<std::size_t>(j)][lane] = static_cast<float>(postures(j, column));
     }
-    for (const auto& box : obstacles_.boxes) {
-      if (box_gaps(one, no_motion_.data(), box).touches) return box_text(box);
-    }
-    for (const auto& box : obstacles_.supports) {
-      if (i < of_the_arm_ && box_gaps(one, no_motion_.data(), box).touches) return box_text(box);
+    const std::uint32_t touches = batch_.judge(lanes_).touches;
+    for (int lane = 0; lane < kLanes && first + lane < postures.cols(); ++lane)
+      free[static_cast<std::size_t>(first + lane)] = (touches >> lane & 1u) == 0;
+  }
+  postures_ += postures.cols();
+  return free;
+}
+
+/// Judges the open parts, first in, first out, until all are proven free, or one touches or cannot
+/// be decided.
+template <class Motion>
+bool CollisionChecker::certify_parts(const Motion& motion, std::vector<typename Motion::Part>& open,
+                                     long most) {
+  for (std::size_t next = 0; next < open.size();) {
+    const std::size_t count = std::min<std::size_t>(kLanes, open.size() - next);
+    for (int lane = 0; lane < kLanes; ++lane)
+      motion.place(open[next + std::min(static_cast<std::size_t>(lane), count - 1)], lanes_, lane);
+    postures_ += static_cast<long>(count);
+    most -= static_cast<long>(count);
+    const auto verdicts = batch_.judge_motions(lanes_);
+    if (verdicts.touches != 0 || (verdicts.near != 0 && most <= 0)) return false;
+    for (std::size_t lane = 0; lane < count; ++lane, ++next) {
+      if ((verdicts.near >> lane & 1u) == 0) continue;
+      if (motion.last(open[next])) return false;
+      for (const auto& half : motion.halves(open[next])) open.push_back(half);
     }
   }
-  for (const auto& pair : self_pairs_) {
-    if ((center(pair.a) - center(pair.b)).squaredNorm() < pair.reach * pair.reach) {
-      return names_[pair.a] + " touches " + names_[pair.b];
-    }
-  }
-  return std::nullopt;
+  return true;
 }
 
 bool CollisionChecker::certify(const Eigen::Ref<const Eigen::VectorXd>& a,
                                const Eigen::Ref<const Eigen::VectorXd>& b) {
-  from_ = a;
-  along_ = b - a;
-  return certify_part(0.5, 0.5);
-}
-
-bool CollisionChecker::certify_part(double center, double half_width) {
-  middle_ = from_ + center * along_;
-  deviation_ = half_width * along_.cwiseAbs();
-  const bool last = deviation_.maxCoeff() < kUndecided;
-  place(middle_);
-  bound_motion();
-  const Verdict verdict = judge(true);
-  if (verdict == Verdict::certified) return true;
-  if (verdict == Verdict::touches || last) return false;
-  const double quarter = 0.5 * half_width;
-  return certify_part(center - quarter, quarter) && certify_part(center + quarter, quarter);
+  line_parts_.clear();
+  for (int i = 0; i < kLanes; ++i)
+    line_parts_.push_back({(static_cast<float>(i) + 0.5f) / kLanes, 0.5f / kLanes});
+  const Line line{a, b, static_cast<float>((b - a).cwiseAbs().maxCoeff())};
+  return certify_parts(line, line_parts_, kUnlimited);
 }
 
 bool CollisionChecker::certify_curve(const Eigen::MatrixXd& control_points) {
-  return certify_part(control_points);
+  std::vector<Eigen::MatrixXd> open{control_points};
+  return certify_parts(Curve{}, open, kUnlimited);
 }
 
-bool CollisionChecker::certify_part(const Eigen::MatrixXd& control_points) {
-  // De Casteljau at 1/2. The curve stays in the hull of its control points, hence within
-  // `deviation_`.
-  const Eigen::Index m = control_points.cols();
-  Eigen::MatrixXd left(control_points.rows(), m), right = control_points;
-  left.col(0) = right.col(0);
-  for (Eigen::Index level = 1; level < m; ++level) {
-    for (Eigen::Index i = 0; i < m - level; ++i)
-      right.col(i) = 0.5 * (right.col(i) + right.col(i + 1));
-    left.col(level) = right.col(0);
+bool CollisionChecker::certify_stops(const Stops& given) {
+  Stops stops = given;
+  if (stops.bow_rad == 0.0) {  // on a line the delay only makes it longer
+    stops.v0 = stops.v1 = given.v0.norm() > given.v1.norm() ? given.v0 : given.v1;
+    stops.q1 += stops.delay_s * stops.v1;
+    stops.delay_s = 0.0;
   }
-  middle_ = right.col(0);
-  deviation_ = (control_points.colwise() - middle_).cwiseAbs().rowwise().maxCoeff();
-  const bool last = deviation_.maxCoeff() < kUndecided;
-  place(middle_);
-  bound_motion();
-  const Verdict verdict = judge(true);
-  if (verdict == Verdict::certified) return true;
-  if (verdict == Verdict::touches || last) return false;
-  return certify_part(left) && certify_part(right);
+  const double longest_s =
+      stops.v0.cwiseAbs().cwiseMax(stops.v1.cwiseAbs()).cwiseQuotient(stops.a).maxCoeff();
+  std::vector<Fan::Part> open{{0.0, 1.0, 0.0, longest_s, 0.0, 1.0, 0.0, stops.delay_s}};
+  return certify_parts(Fan{stops}, open, kPosturesPerStops);
+}
+
+std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  if (free(q)) return std::nullopt;
+  // The pair that is deepest in each other.
+  struct Ball {
+    Eigen::Vector3d p;
+    double r;
+    int group;
+    bool held;
+    std::string name;
+  };
+  std::vector<Eigen::Isometry3d> X_WF;
+  kin::forward(arm_, q, X_WF);
+  std::vector<Ball> balls;
+  for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
+    const auto& b = arm_.balls[i];
+    balls.push_back({X_WF[static_cast<std::size_t>(b.frame)] * b.center, b.radius, b.group, false,
+                     "ball " + std::to_string(i) + " (" +
+                         arm_.groups[static_cast<std::size_t>(b.group)] + ")"});
+  }
+  const int hand = balls.empty() ? 0 : balls.back().group;
+  for (const auto& b : obstacles_.held) {
+    balls.push_back(
+        {X_WF.back() * (arm_.X_LE * b.center), b.radius, hand, true, "the held object"});
+  }
+  double least = std::numeric_limits<double>::infinity();
+  std::string words;
+  const auto consider = [&](double gap, const auto& text) {
+    if (gap >= least) return;
+    least = gap;
+    words = text();
+  };
+  const auto outside = [](const Eigen::Vector3d& p, const kin::Box& box) {
+    return ((p - box.center).cwiseAbs() - box.half_extent).cwiseMax(0.0).norm();
+  };
+  for (const Ball& ball : balls) {
+    const bool env = ball.held || std::find(arm_.env_groups.begin(), arm_.env_groups.end(),
+                                            ball.group) != arm_.env_groups.end();
+    const auto box_text = [&](const kin::Box& box) {
+      return [&] { return ball.name + " touches " + in_words(box); };
+    };
+    for (const auto& o : obstacles_.balls) {
+      if (env)
+        consider((ball.p - o.center).norm() - ball.r - o.radius,
+                 [&] { return ball.name + " touches the obstacle ball at " + in_mm(o.center); });
+    }
+    for (const auto& box : obstacles_.boxes)
+      if (env) consider(outside(ball.p, box) - ball.r, box_text(box));
+    for (const auto& box : obstacles_.supports)
+      if (env && !ball.held) consider(outside(ball.p, box) - ball.r, box_text(box));
+    for (const Ball& other : balls) {
+      if (std::find(arm_.self_pairs.begin(), arm_.self_pairs.end(),
+                    std::pair(ball.group, other.group)) == arm_.self_pairs.end())
+        continue;
+      consider((ball.p - other.p).norm() - ball.r - other.r,
+               [&] { return ball.name + " touches " + other.name; });
+    }
+  }
+  return words;
 }
 
 }  // namespace mimesis::planner

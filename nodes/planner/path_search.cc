@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "nodes/planner/smooth_path.h"
+#include "nodes/planner/tree_search.h"
 
 namespace mimesis::planner {
 namespace {
@@ -96,16 +96,8 @@ std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int
 std::string why_blocked(CollisionChecker& checker, std::span<const Eigen::VectorXd> goals) {
   if (goals.empty()) return "no posture reaches the goal";
   const auto contact = checker.contact(goals.front());
-  return "every posture at the goal is in collision, e.g. " +
-         contact.value_or("outside the limits");
-}
-
-constexpr int kGrowLinks = 60;       // cut links, newest first, that get new nodes in one growth
-constexpr int kGrowNodes = 40;       // random nodes of each region that do
-constexpr double kGrowSigma = 0.35;  // spread around them [rad]
-
-double unit(std::mt19937_64& random) {
-  return std::ldexp(static_cast<double>(random() >> 11), -53);
+  return "all " + std::to_string(goals.size()) + " postures at the goal are in collision, e.g. " +
+         contact.value_or("none at all");
 }
 
 }  // namespace
@@ -186,60 +178,55 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
     return found;
   }
 
-  Network network(checker, cost);
-  network.take(roadmap);
-  const int begin = network.add(start, 2 * settings.neighbours);
-  std::vector<int> ends;
-  for (const std::size_t i : open) ends.push_back(network.add(goals[i], 2 * settings.neighbours));
-
-  std::mt19937_64 random(settings.seed);
-  int waves = settings.max_waves;
-  std::vector<int> path = network.search(begin, ends, waves);
-  for (int rescue = 0; path.empty() && rescue < settings.rescues && waves > 0; ++rescue) {
-    network.grow(begin, ends, 2 * settings.neighbours, random);
-    path = network.search(begin, ends, waves);
+  if (roadmap.nodes.cols() > 0) {
+    Network network(checker, cost);
+    network.take(roadmap);
+    const int begin = network.add(start, 2 * settings.neighbours);
+    std::vector<int> ends;
+    for (const std::size_t i : open) ends.push_back(network.add(goals[i], 2 * settings.neighbours));
+    int waves = settings.max_waves;
+    const std::vector<int> path = network.search(begin, ends, waves);
+    found.waves = settings.max_waves - waves + 1;
+    found.links_checked = network.links_checked();
+    found.nodes = network.size();
+    if (!path.empty()) found.waypoints = refine_online(network, path, checker, cost, settings);
   }
-  if (path.empty()) {
-    return tl::unexpected(Status{waves > 0 ? "start and goal are not connected by free postures"
-                                           : "no path within the allowed effort"});
+  if (found.waypoints.empty()) {
+    std::vector<Eigen::VectorXd> ends;
+    for (const std::size_t i : open) ends.push_back(goals[i]);
+    auto path = join_by_trees(checker, start, ends,
+                              {.max_branches = settings.max_branches, .seed = settings.seed});
+    if (!path) return tl::unexpected(Status{"no path within the allowed effort"});
+    found.waypoints = std::move(*path);
+    found.by_trees = true;
   }
-  found.waves = settings.max_waves - waves + 1;
-  found.links_checked = network.links_checked();
-  found.nodes = network.size();
-  found.goal = static_cast<int>(open[static_cast<std::size_t>(
-      std::find(ends.begin(), ends.end(), path.back()) - ends.begin())]);
-  found.waypoints = shortened(refine_online(network, path, checker, cost, settings), certify,
-                              settings.shortcuts, settings.seed);
+  found.goal = static_cast<int>(std::find(goals.begin(), goals.end(), found.waypoints.back()) -
+                                goals.begin());
+  found.waypoints =
+      shortened(std::move(found.waypoints), certify, settings.shortcuts, settings.seed);
   return found;
 }
 
 void Network::take(const Roadmap& roadmap) {
   links_ = roadmap.links;
+  inhibited_ = checker_.free_columns(roadmap.nodes);
+  for (char& inhibited : inhibited_) inhibited = !inhibited;
   for (Eigen::Index i = 0; i < roadmap.nodes.cols(); ++i) {
     nodes_.emplace_back(roadmap.nodes.col(i));
-    inhibited_.push_back(!checker_.free(nodes_.back()));
     node_cost_.push_back(cost_ ? cost_(nodes_.back()) : 1.0);
   }
 }
 
-std::vector<Link> Network::nearest(const Eigen::VectorXd& q, int m, const Accept& accept) const {
-  std::vector<Link> all;
+int Network::add(const Eigen::VectorXd& q, int m) {
+  std::vector<Link> links;
   for (int i = 0; i < size(); ++i) {
-    if (!inhibited_[at(i)] && accept(i)) all.push_back({i, (nodes_[at(i)] - q).norm()});
+    if (!inhibited_[at(i)]) links.push_back({i, (nodes_[at(i)] - q).norm()});
   }
-  const auto end = all.begin() + std::min<std::ptrdiff_t>(m, std::ssize(all));
-  std::partial_sort(all.begin(), end, all.end(), [](const Link& a, const Link& b) {
+  const auto end = links.begin() + std::min<std::ptrdiff_t>(m, std::ssize(links));
+  std::partial_sort(links.begin(), end, links.end(), [](const Link& a, const Link& b) {
     return a.length != b.length ? a.length < b.length : a.to < b.to;
   });
-  all.erase(end, all.end());
-  return all;
-}
-
-int Network::add(const Eigen::VectorXd& q, int m) {
-  return add(q, nearest(q, m, [](int) { return true; }));
-}
-
-int Network::add(const Eigen::VectorXd& q, std::vector<Link> links) {
+  links.erase(end, links.end());
   const int index = size();
   for (const Link& link : links) links_[at(link.to)].push_back({index, link.length});
   nodes_.push_back(q);
@@ -264,7 +251,6 @@ void Network::cut(int a, int b) {
   };
   remove(a, b);
   remove(b, a);
-  cut_.emplace_back(a, b);
 }
 
 std::vector<int> Network::search(int start, std::span<const int> goals, int& waves) {
@@ -281,62 +267,6 @@ std::vector<int> Network::search(int start, std::span<const int> goals, int& wav
     if (whole) return path;
   }
   return {};
-}
-
-std::optional<Eigen::VectorXd> Network::free_near(const Eigen::VectorXd& center, double sigma,
-                                                  std::mt19937_64& random) {
-  const kin::ArmModel& arm = checker_.arm();
-  Eigen::VectorXd q = center;
-  for (Eigen::Index j = 0; j < q.size(); ++j) {
-    // Sum of uniforms: near enough to a Gaussian, and the same with every standard library.
-    double sum = 0.0;
-    for (int i = 0; i < 4; ++i) sum += unit(random);
-    q[j] += sigma * std::sqrt(3.0) * (sum - 2.0);
-  }
-  q = q.cwiseMax(arm.q_min).cwiseMin(arm.q_max);
-  if (!checker_.free(q)) return std::nullopt;
-  return q;
-}
-
-void Network::grow_at_cut_links(int m, std::mt19937_64& random) {
-  const std::vector<Pair> torn = std::exchange(cut_, {});
-  const std::size_t from = torn.size() > kGrowLinks ? torn.size() - kGrowLinks : 0;
-  for (std::size_t i = from; i < torn.size(); ++i) {
-    const Eigen::VectorXd a = node(torn[i].first), b = node(torn[i].second);
-    const double sigma = 0.25 * (a - b).norm() / std::sqrt(static_cast<double>(a.size()));
-    if (const auto q = free_near(0.5 * (a + b), sigma, random)) add(*q, m);
-  }
-}
-
-void Network::grow_regions(int start, std::span<const int> goals, int m, std::mt19937_64& random) {
-  std::vector<int> cluster = clusters(links_, inhibited_);
-  std::vector<int> regions{cluster[at(start)]};
-  for (const int goal : goals) regions.push_back(cluster[at(goal)]);
-  std::sort(regions.begin(), regions.end());
-  regions.erase(std::unique(regions.begin(), regions.end()), regions.end());
-  for (const int region : regions) {
-    std::vector<int> members;
-    for (int i = 0; i < size(); ++i) {
-      if (cluster[at(i)] == region) members.push_back(i);
-    }
-    for (int i = 0; i < kGrowNodes; ++i) {
-      const auto pick =
-          static_cast<std::size_t>(unit(random) * static_cast<double>(members.size()));
-      const auto q = free_near(node(members[pick]), kGrowSigma, random);
-      if (!q) continue;
-      std::vector<Link> links = nearest(*q, m / 2, [&](int j) { return cluster[at(j)] == region; });
-      const std::vector<Link> out =
-          nearest(*q, m / 2, [&](int j) { return cluster[at(j)] != region; });
-      links.insert(links.end(), out.begin(), out.end());
-      add(*q, std::move(links));
-      cluster.push_back(region);
-    }
-  }
-}
-
-void Network::grow(int start, std::span<const int> goals, int m, std::mt19937_64& random) {
-  grow_at_cut_links(m, random);
-  grow_regions(start, goals, m, random);
 }
 
 }  // namespace mimesis::planner

@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <random>
 #include <set>
 #include <span>
 #include <tl/expected.hpp>
@@ -37,8 +36,8 @@ std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start);
 struct SearchSettings {
   int neighbours = 4;          ///< k for nodes added to the roadmap [1]
   int online_refinements = 2;  ///< iterations around the found path [1]
-  int rescues = 40;            ///< rounds of new nodes where the network is torn [1]
-  int max_waves = 2000;        ///< effort: each wave that fails costs one link [1]
+  int max_waves = 300;         ///< effort: each wave that fails costs one link [1]
+  int max_branches = 50'000;   ///< effort of the trees where the network is torn [1]
   int shortcuts = 150;         ///< attempts to shorten the path [1]
   std::uint64_t seed = 1;
 };
@@ -47,7 +46,8 @@ struct SearchSettings {
 struct FoundPath {
   std::vector<Eigen::VectorXd> waypoints;  ///< [rad]
   int goal = 0;                            ///< which of the goals it ends in
-  int waves = 0;                           ///< 0: the straight line was free
+  int waves = 0;                           ///< 0: the straight line was free, or no roadmap given
+  bool by_trees = false;                   ///< the network was torn
   int links_checked = 0;
   int nodes = 0;  ///< number of nodes of the network at the end
 };
@@ -58,9 +58,8 @@ using PostureCost = std::function<double(const Eigen::VectorXd&)>;
 /// Finds a path from `start` to any of `goals` that `checker` certifies:
 /// straight line if free, else waves on the roadmap, links of the found path certified, failing
 /// ones cut, until a whole path stands; on-line refinement around it [M18 2.3.2]; shortcuts. Where
-/// the network is torn, new nodes are put around the links that were cut ("new nodes are introduced
-/// whenever needed"). Failure: a reason in words (start or goals in collision and with what, no
-/// connection, effort exhausted).
+/// the network is torn or there is none, trees (tree_search.h) search without it. Failure: a reason
+/// in words (start or goals in collision and with what, effort exhausted).
 tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionChecker& checker,
                                           const Eigen::VectorXd& start,
                                           std::span<const Eigen::VectorXd> goals,
@@ -82,9 +81,6 @@ class Network {
   /// Waves and backward searches until every link of the path is certified; links that are not are
   /// cut. Empty if the wave does not arrive or `waves` are used up.
   std::vector<int> search(int start, std::span<const int> goals, int& waves);
-  /// New free nodes around the links cut since the last call, and around random nodes of the
-  /// clusters of start and goals; the latter are linked half to their own cluster, half out of it.
-  void grow(int start, std::span<const int> goals, int m, std::mt19937_64& random);
 
   const Eigen::VectorXd& node(int i) const { return nodes_[static_cast<std::size_t>(i)]; }
   const std::vector<Link>& links(int i) const { return links_[static_cast<std::size_t>(i)]; }
@@ -95,14 +91,6 @@ class Network {
   using Pair = std::pair<int, int>;
   bool certified(int a, int b);
   void cut(int a, int b);
-  using Accept = std::function<bool(int)>;
-  std::vector<Link> nearest(const Eigen::VectorXd& q, int m, const Accept& accept) const;
-  int add(const Eigen::VectorXd& q, std::vector<Link> links);
-  std::optional<Eigen::VectorXd> free_near(const Eigen::VectorXd& center, double sigma,
-                                           std::mt19937_64& random);
-  void grow_at_cut_links(int m, std::mt19937_64& random);
-  void grow_regions(int start, std::span<const int> goals, int m, std::mt19937_64& random);
-
   CollisionChecker& checker_;
   const PostureCost& cost_;
   std::vector<Eigen::VectorXd> nodes_;
@@ -110,7 +98,6 @@ class Network {
   std::vector<char> inhibited_;
   std::vector<double> node_cost_;
   std::set<Pair> certified_;
-  std::vector<Pair> cut_;  // since the last growth
   int links_checked_ = 0;
 };
 

@@ -140,6 +140,13 @@ SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& 
   s.object_moved_m = p.object_moved_m;
   s.grip_force = p.grip_force;
   s.a_max_rad_s2 = 0.95 * arm.a_max;  // the rest is for the rounding of periods
+  // What moves by less than half the margin takes no more of it.
+  s.keeps_clear = [arm, margin = p.margin_m](const TaskPlan& plan, std::size_t first,
+                                             const kin::Table& planned, const kin::Table& now) {
+    const Obstacles moved = moved_obstacles(planned, now, 0.5 * margin);
+    return (moved.balls.empty() && moved.boxes.empty()) ||
+           keeps_clear(arm, plan, first, moved, 0.5 * margin);
+  };
   return s;
 }
 
@@ -222,13 +229,10 @@ int PlannerNode::periods_since_last(runtime::Time now) {
 }
 
 void PlannerNode::start_planning(PlanRequest request) {
-  const std::string scene = model::to_proto(request.table).SerializeAsString();
-  const auto known = scene == scene_of_roadmap_ ? roadmap_ : nullptr;
-  scene_of_roadmap_ = scene;
-  job_.start([arm = arm_, settings = settings_, known, request = std::move(request)] {
+  job_.start([arm = arm_, settings = settings_, known = roadmap_, request = std::move(request)] {
     const auto begin = std::chrono::steady_clock::now();
     const auto roadmap =
-        known ? known
+        known ? refreshed_roadmap(known, arm, request.table, settings)
               : std::make_shared<const Roadmap>(prepare_roadmap(arm, request.table, settings));
     auto plan = plan_task(arm, request.table, *roadmap, request.start, request.task, settings);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;

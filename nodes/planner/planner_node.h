@@ -122,8 +122,7 @@ class PlannerNode {
   TaskSequence sequence_;
   runtime::Job<Planned> job_;
   std::optional<PlanRequest> waiting_request_;
-  std::shared_ptr<const Roadmap> roadmap_;  // roadmap of scene_of_roadmap_
-  std::string scene_of_roadmap_;
+  std::shared_ptr<const Roadmap> roadmap_;  // of the scene planned last
   double compute_s_ = 0.0;
 
   std::optional<DecidedTask> decided_;

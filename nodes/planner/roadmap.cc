@@ -185,14 +185,21 @@ Linkage connect(const Eigen::MatrixXd& nodes, int k) {
 Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
                       const RoadmapSettings& settings) {
   const kin::ArmModel& arm = checker.arm();
+  Eigen::MatrixXd nodes(arm.dof(), settings.nodes + more.cols());
+  nodes.leftCols(settings.nodes) = sample_box(arm.q_min, arm.q_max, settings.nodes, settings.seed);
+  if (more.cols() > 0) nodes.rightCols(more.cols()) = more;
+  return refined_roadmap(checker, std::move(nodes), settings);
+}
+
+Roadmap refined_roadmap(CollisionChecker& checker, Eigen::MatrixXd nodes,
+                        const RoadmapSettings& settings) {
+  const kin::ArmModel& arm = checker.arm();
   Roadmap roadmap;
-  roadmap.nodes.resize(arm.dof(), settings.nodes + more.cols());
-  roadmap.nodes.leftCols(settings.nodes) =
-      sample_box(arm.q_min, arm.q_max, settings.nodes, settings.seed);
-  if (more.cols() > 0) roadmap.nodes.rightCols(more.cols()) = more;
+  roadmap.nodes = std::move(nodes);
   roadmap.inhibited_share = refine_offline(
       roadmap.nodes, arm.q_min, arm.q_max,
-      [&](const Eigen::VectorXd& q) { return checker.free(q); }, settings.refinement);
+      [&](const Eigen::MatrixXd& postures) { return checker.free_columns(postures); },
+      settings.refinement);
   roadmap.links = connect(roadmap.nodes, settings.neighbours);
   return roadmap;
 }

@@ -71,4 +71,8 @@ struct Roadmap {
 Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
                       const RoadmapSettings& settings);
 
+/// The last part of it: refines the nodes against the obstacles of `checker`, connects.
+Roadmap refined_roadmap(CollisionChecker& checker, Eigen::MatrixXd nodes,
+                        const RoadmapSettings& settings);
+
 }  // namespace mimesis::planner

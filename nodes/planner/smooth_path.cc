@@ -121,12 +121,15 @@ std::vector<Eigen::VectorXd> shortened(std::vector<Eigen::VectorXd> path, const 
 }
 
 std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd& lo,
-                                   const Eigen::VectorXd& hi, const FreePosture& free,
+                                   const Eigen::VectorXd& hi, const FreePostures& free,
                                    const RefinementSettings& settings) {
   const auto count = static_cast<std::size_t>(nodes.cols());
-  std::vector<char> inhibited(count);
-  for (std::size_t i = 0; i < count; ++i)
-    inhibited[i] = !free(nodes.col(static_cast<Eigen::Index>(i)));
+  const auto judge = [&] {
+    std::vector<char> inhibited = free(nodes);
+    for (char& one : inhibited) one = !one;
+    return inhibited;
+  };
+  std::vector<char> inhibited = judge();
 
   std::vector<double> shares;
   for (int iteration = 0;; ++iteration) {
@@ -142,9 +145,7 @@ std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd
                          .cwiseMin(hi);
     }
     nodes.swap(moved);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (inhibited[i]) inhibited[i] = !free(nodes.col(static_cast<Eigen::Index>(i)));
-    }
+    inhibited = judge();
   }
 
   Eigen::Index kept = 0;

@@ -22,7 +22,8 @@ struct RefinementSettings {
   int max_iterations = 30;        ///< [1]
 };
 
-using FreePosture = std::function<bool(const Eigen::VectorXd&)>;
+/// Tells of every column whether it is free.
+using FreePostures = std::function<std::vector<char>(const Eigen::MatrixXd&)>;
 
 /// Off-line refinement [M18 2.3.2, fig. 2.9, 2.10]: inhibited nodes move out of the obstacles and
 /// gather at their borders. Each inhibited node moves by v₁ = v₂ + v₃, with v₂ from the mean of the
@@ -33,7 +34,7 @@ using FreePosture = std::function<bool(const Eigen::VectorXd&)>;
 /// stay within [lo, hi].
 /// @returns the share of inhibited nodes before each iteration and at the end, before the drop [1]
 std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd& lo,
-                                   const Eigen::VectorXd& hi, const FreePosture& free,
+                                   const Eigen::VectorXd& hi, const FreePostures& free,
                                    const RefinementSettings& settings);
 
 /// Joint path through waypoints with rounded corners, by arc parameter s [rad]; C² but for `stops`.

@@ -16,6 +16,9 @@ constexpr double kJump = 0.35;
 constexpr double kGateHalfThickness = 0.01;  // [m]
 constexpr double kStanding = 0.002;          // overlap of an object and its support [m]
 constexpr double kFar = 2.0;                 // beyond the reach of the arm [m]
+// Stops that leave the path keep this share of the margin. They are certified up to the pace at
+// which the bridge catches up (hw/bridge/command_track.cc).
+constexpr double kStopMargin = 0.5, kPace = 1.2;
 
 using Way = std::vector<Eigen::VectorXd>;
 
@@ -51,8 +54,12 @@ class TaskPlanner {
                                    CollisionChecker& checker) const;
   Obstacles carrying(bool on_its_support) const;
   double passing_cost(const Eigen::VectorXd& q) const;
+  /// Up, as the hand sees it.
+  Eigen::Vector3d up_in_E(const Eigen::VectorXd& q) const {
+    return kin::end_effector(arm_, q).linear().row(2);
+  }
   std::vector<kin::Ball> held_balls(const Eigen::VectorXd& q) const;
-  void add_motion(TaskPlan& plan, Phase phase, const Way& waypoints, const Obstacles& obstacles,
+  bool add_motion(TaskPlan& plan, Phase phase, const Way& waypoints, const Obstacles& obstacles,
                   double speed) const;
 
   const kin::ArmModel& arm_;
@@ -128,16 +135,26 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
   return tl::unexpected(Status{"no free posture at " + what + ", e.g. " + contact});
 }
 
-void TaskPlanner::add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
+/// False if the motion cannot be stopped somewhere, however slow it is.
+bool TaskPlanner::add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
                              const Obstacles& obstacles, double speed) const {
-  if (path_length(waypoints) < 1e-9) return;
+  if (path_length(waypoints) < 1e-9) return true;
   CollisionChecker checker(arm_, obstacles, settings_.margin_m);
+  CollisionChecker stops(arm_, obstacles, kStopMargin * settings_.margin_m);
   const SmoothPath path(waypoints, settings_.corner_rad,
                         [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
+  auto motion = time_optimal(
+      path, speed * arm_.v_max, speed * arm_.a_max, settings_.period_s, [&](Stops those) {
+        those.v0 *= kPace;
+        those.v1 *= kPace;
+        those.a = arm_.a_max;
+        those.delay_s = (1 + arm_.extrapolated_cycles) * settings_.period_s / kPace;
+        return stops.certify_stops(those);
+      });
+  if (!motion) return false;
   plan.path_length_rad += path.length();
-  plan.motions.push_back(
-      {phase, path.curves(), obstacles,
-       time_optimal(path, speed * arm_.v_max, speed * arm_.a_max, settings_.period_s)});
+  plan.motions.push_back({phase, path.curves(), obstacles, std::move(*motion)});
+  return true;
 }
 
 tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
@@ -164,13 +181,22 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
   const auto object = cylinder_balls(table_.object, table_.object_radius, table_.object_height);
   with_object.balls.insert(with_object.balls.end(), object.begin(), object.end());
   CollisionChecker reach_checker(arm_, with_object, settings_.margin_m);
-  Way above_places;
-  for (const auto& place : *places) above_places.push_back(place.up.back());
   const PostureCost cost = [this](const Eigen::VectorXd& q) { return passing_cost(q); };
 
   Status failure;
   for (std::size_t i = 0; i < std::min(kGraspTries, grasps->size()); ++i) {
     const Hold& grasp = (*grasps)[i];
+    Way above_places;  // where the object stands as it stood
+    std::vector<std::size_t> place_of;
+    for (std::size_t k = 0; k < places->size(); ++k) {
+      if (up_in_E((*places)[k].q).dot(up_in_E(grasp.q)) < 0.9) continue;
+      above_places.push_back((*places)[k].up.back());
+      place_of.push_back(k);
+    }
+    if (above_places.empty()) {
+      failure = {"no posture at the " + task_.goal + " goal puts the object down upright"};
+      continue;
+    }
     const auto transport = find_path(roadmap_, transport_checker, grasp.up.back(), above_places,
                                      cost, settings_.search);
     if (!transport) {
@@ -185,18 +211,20 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
       failure = {"reach for the object: " + reach.error().reason};
       continue;
     }
-    const Hold& place = (*places)[static_cast<std::size_t>(transport->goal)];
+    const Hold& place = (*places)[place_of[static_cast<std::size_t>(transport->goal)]];
     TaskPlan plan;
     plan.roadmap_nodes =
         std::max({reach->nodes, transport->nodes, static_cast<int>(roadmap_.nodes.cols())});
     const double fast = settings_.speed, gentle = settings_.contact_speed;
-    add_motion(plan, Phase::reach, reach->waypoints, with_object, fast);
-    add_motion(plan, Phase::approach, reversed(grasp.away), table_obstacles(table_), gentle);
-    add_motion(plan, Phase::transport, grasp.up, supported, gentle);
-    add_motion(plan, Phase::transport, transport->waypoints, carried, fast);
-    add_motion(plan, Phase::transport, reversed(place.up), supported, gentle);
-    add_motion(plan, Phase::retreat, place.away, table_obstacles(table_), gentle);
-    return plan;
+    if (add_motion(plan, Phase::reach, reach->waypoints, with_object, fast) &&
+        add_motion(plan, Phase::approach, reversed(grasp.away), table_obstacles(table_), gentle) &&
+        add_motion(plan, Phase::transport, grasp.up, supported, gentle) &&
+        add_motion(plan, Phase::transport, transport->waypoints, carried, fast) &&
+        add_motion(plan, Phase::transport, reversed(place.up), supported, gentle) &&
+        add_motion(plan, Phase::retreat, place.away, table_obstacles(table_), gentle)) {
+      return plan;
+    }
+    failure = {"a motion cannot be stopped without touching something"};
   }
   return tl::unexpected(failure);
 }
@@ -316,10 +344,57 @@ Roadmap prepare_roadmap(const kin::ArmModel& arm, const kin::Table& table,
   return build_roadmap(checker, more, settings.roadmap);
 }
 
+std::shared_ptr<const Roadmap> refreshed_roadmap(std::shared_ptr<const Roadmap> known,
+                                                 const kin::ArmModel& arm, const kin::Table& table,
+                                                 const TaskSettings& settings) {
+  CollisionChecker checker(arm, table_obstacles(table), settings.margin_m);
+  const std::vector<char> free = checker.free_columns(known->nodes);
+  const auto inhibited = static_cast<double>(std::count(free.begin(), free.end(), 0));
+  const double share = settings.roadmap.refinement.inhibited_share;
+  if (inhibited < share * static_cast<double>(free.size())) return known;
+  return std::make_shared<const Roadmap>(refined_roadmap(checker, known->nodes, settings.roadmap));
+}
+
 tl::expected<TaskPlan, Status> plan_task(const kin::ArmModel& arm, const kin::Table& table,
                                          const Roadmap& roadmap, const Eigen::VectorXd& start,
                                          const Task& task, const TaskSettings& settings) {
   return TaskPlanner(arm, table, roadmap, task, settings).plan(start);
+}
+
+Obstacles moved_obstacles(const kin::Table& planned, const kin::Table& now, double tolerance_m) {
+  Obstacles moved;
+  for (const kin::Ball& ball : now.balls) {
+    const bool known =
+        std::any_of(planned.balls.begin(), planned.balls.end(), [&](const kin::Ball& b) {
+          return (b.center - ball.center).norm() + std::max(0.0, ball.radius - b.radius) <=
+                 tolerance_m;
+        });
+    if (!known) moved.balls.push_back(ball);
+  }
+  for (const kin::Box& box : now.boxes) {
+    const bool known =
+        std::any_of(planned.boxes.begin(), planned.boxes.end(), [&](const kin::Box& b) {
+          return ((b.center - box.center).cwiseAbs() +
+                  (box.half_extent - b.half_extent).cwiseMax(0.0))
+                     .norm() <= tolerance_m;
+        });
+    if (!known) moved.boxes.push_back(box);
+  }
+  return moved;
+}
+
+bool keeps_clear(const kin::ArmModel& arm, const TaskPlan& plan, std::size_t first,
+                 const Obstacles& moved, double margin_m) {
+  for (std::size_t i = first; i < plan.motions.size(); ++i) {
+    const PlannedMotion& motion = plan.motions[i];
+    Obstacles obstacles{moved.balls, moved.boxes, motion.obstacles.held, {}};
+    if (!motion.obstacles.supports.empty()) obstacles.supports.swap(obstacles.boxes);
+    CollisionChecker checker(arm, obstacles, margin_m);
+    for (const auto& curve : motion.curves) {
+      if (!checker.certify_curve(curve)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace mimesis::planner

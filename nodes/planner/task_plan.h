@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
@@ -109,10 +110,25 @@ struct TaskPlan {
 Roadmap prepare_roadmap(const kin::ArmModel& arm, const kin::Table& table,
                         const TaskSettings& settings);
 
+/// A roadmap for a table that has changed. `known`, while fewer of its nodes are inhibited than the
+/// refinement leaves anyway: noise of a scene changes nothing. Else its inhibited nodes move out of
+/// the obstacles, the others stay.
+std::shared_ptr<const Roadmap> refreshed_roadmap(std::shared_ptr<const Roadmap> known,
+                                                 const kin::ArmModel& arm, const kin::Table& table,
+                                                 const TaskSettings& settings);
+
 /// Plans reach, straight approach, lift, transport, straight lowering and retreat from posture
 /// `start`. Pure: the same arguments give the same bits. Failure: a reason in words.
 tl::expected<TaskPlan, Status> plan_task(const kin::ArmModel& arm, const kin::Table& table,
                                          const Roadmap& roadmap, const Eigen::VectorXd& start,
                                          const Task& task, const TaskSettings& settings);
+
+/// Balls and boxes of `now` that are new, or farther than `tolerance_m` from where `planned` has
+/// them. What is gone is in nobody's way.
+Obstacles moved_obstacles(const kin::Table& planned, const kin::Table& now, double tolerance_m);
+
+/// The motions from the `first` on keep clear of these balls and boxes, too; certified.
+bool keeps_clear(const kin::ArmModel& arm, const TaskPlan& plan, std::size_t first,
+                 const Obstacles& moved, double margin_m);
 
 }  // namespace mimesis::planner

@@ -136,7 +136,9 @@ void TaskSequence::step_motion(const SequenceInput& input) {
     return;
   }
   if (stop_ == Stop::object_lost) return fail("the object was lost in transport", false);
-  if (stop_ == Stop::object_moved) {
+  if (stop_ == Stop::obstacle_moved && phase_ != Phase::reach)
+    return fail("an obstacle moved into the way", false);
+  if (stop_) {
     if (input.table != nullptr) plan_from_here(*input.table);
     return;
   }
@@ -153,6 +155,10 @@ std::optional<TaskSequence::Stop> TaskSequence::reason_to_stop(const SequenceInp
   if (phase_ == Phase::transport && !input.hand->object_detected) return Stop::object_lost;
   if (phase_ == Phase::reach && input.table != nullptr && object_moved(*input.table)) {
     return Stop::object_moved;
+  }
+  if (settings_.keeps_clear && input.table != nullptr &&
+      !settings_.keeps_clear(*plan_, motion_, *table_, *input.table)) {
+    return Stop::obstacle_moved;
   }
   return std::nullopt;
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
@@ -24,6 +25,11 @@ struct SequenceSettings {
   double resume_s = 2.0;         ///< a motion that waits for what it depends on goes on within [s]
   Eigen::Index ahead = 60;       ///< periods of `SetPoint::ahead` [1]
   Eigen::VectorXd a_max_rad_s2;  ///< accelerations that braking on the path may use, n [rad/s²]
+  /// Tells whether the plan's motions from the `first` on keep clear of what moved on the table
+  /// since it was planned. Empty: the table is taken to stand still.
+  std::function<bool(const TaskPlan&, std::size_t first, const kin::Table& planned,
+                     const kin::Table& now)>
+      keeps_clear{};
 };
 
 /// A settled decision; `id` changes with every new one.
@@ -109,7 +115,7 @@ class TaskSequence {
   std::optional<std::size_t> started_motion() const { return started_; }
 
  private:
-  enum class Stop { object_moved, object_lost };
+  enum class Stop { object_moved, object_lost, obstacle_moved };
 
   void await_inputs(const SequenceInput& input);
   void begin(const SequenceInput& input);

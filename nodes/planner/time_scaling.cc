@@ -91,22 +91,47 @@ std::vector<double> controllable(const std::vector<GridPoint>& grid, const Eigen
   return x;
 }
 
-}  // namespace
-
-JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
-                             const Eigen::VectorXd& a_max_rad_s2, double period_s) {
-  const std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
-  const std::vector<double> limit = controllable(grid, a_max_rad_s2);
-
-  std::vector<double> speed(grid.size(), 0.0),
-      time(grid.size(), 0.0);  // ṡ and t at the grid points
+/// ṡ at the grid points of the fastest motion.
+std::vector<double> fastest(const std::vector<GridPoint>& grid, const Eigen::VectorXd& a_max) {
+  const std::vector<double> limit = controllable(grid, a_max);
+  std::vector<double> speed(grid.size(), 0.0);
   for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
     const double x = speed[i] * speed[i], ds = grid[i + 1].s - grid[i].s;
-    const Interval u = accelerations(grid[i], grid[i + 1], x, limit[i + 1], a_max_rad_s2);
+    const Interval u = accelerations(grid[i], grid[i + 1], x, limit[i + 1], a_max);
     speed[i + 1] = std::sqrt(std::clamp(x + 2.0 * u.hi * ds, 0.0, limit[i + 1]));
+  }
+  return speed;
+}
+
+/// Lowers x_max where the motion could not be stopped at `speed`. False if no speed is low enough.
+bool slow_down(const SmoothPath& path, const std::vector<double>& speed, const Stoppable& stoppable,
+               std::vector<GridPoint>& grid) {
+  constexpr double kSlower = 0.85, kLeast_rad_s = 0.01;
+  Stops stops;
+  stops.q1 = path.at(0.0).q;
+  for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
+    const double ds = grid[i + 1].s - grid[i].s;
+    stops.q0 = stops.q1;
+    stops.q1 = path.at(grid[i + 1].s).q;
+    stops.bow_rad = std::max(grid[i].ddq.norm(), grid[i + 1].ddq.norm()) * ds * ds / 8.0;
+    for (double s_dot = std::max(speed[i], speed[i + 1]);; s_dot *= kSlower) {
+      stops.v0 = s_dot * grid[i].dq;
+      stops.v1 = s_dot * grid[i + 1].dq;
+      for (const std::size_t k : {i, i + 1}) grid[k].x_max = std::min(grid[k].x_max, s_dot * s_dot);
+      if (stoppable(stops)) break;
+      if (s_dot < kLeast_rad_s) return false;
+    }
+  }
+  return true;
+}
+
+JointTrajectory sampled(const SmoothPath& path, const std::vector<GridPoint>& grid,
+                        const std::vector<double>& speed, double period_s) {
+  std::vector<double> time(grid.size(), 0.0);
+  for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
+    const double ds = grid[i + 1].s - grid[i].s;
     time[i + 1] = time[i] + 2.0 * ds / std::max(speed[i] + speed[i + 1], kTiny);
   }
-
   const auto periods =
       static_cast<Eigen::Index>(std::max(1.0, std::ceil(time.back() / period_s - 1e-9)));
   const double stretch = period_s * static_cast<double>(periods) / time.back();
@@ -126,6 +151,23 @@ JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_ma
   }
   motion.position.col(periods) = path.at(path.length()).q;
   return motion;
+}
+
+}  // namespace
+
+std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
+                                            const Eigen::VectorXd& v_max_rad_s,
+                                            const Eigen::VectorXd& a_max_rad_s2, double period_s,
+                                            const Stoppable& stoppable) {
+  std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
+  if (!slow_down(path, fastest(grid, a_max_rad_s2), stoppable, grid)) return std::nullopt;
+  return sampled(path, grid, fastest(grid, a_max_rad_s2), period_s);
+}
+
+JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
+                             const Eigen::VectorXd& a_max_rad_s2, double period_s) {
+  const std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
+  return sampled(path, grid, fastest(grid, a_max_rad_s2), period_s);
 }
 
 void Playback::start(JointTrajectory trajectory) {

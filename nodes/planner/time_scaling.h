@@ -1,7 +1,10 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
+#include <optional>
 
+#include "nodes/planner/collision.h"
 #include "nodes/planner/smooth_path.h"
 
 namespace mimesis::planner {
@@ -16,13 +19,23 @@ struct JointTrajectory {
   double duration_s() const { return period_s * static_cast<double>(samples() - 1); }
 };
 
-/// Fastest motion along q(s) with |q̇ⱼ| ≤ vⱼ and |q̈ⱼ| ≤ aⱼ, at rest at every stop of the path.
+/// Tells whether these stops are free.
+using Stoppable = std::function<bool(const Stops&)>;
+
+/// Fastest motion along q(s) with |q̇ⱼ| ≤ vⱼ and |q̈ⱼ| ≤ aⱼ, at rest at every stop of the path, slow
+/// enough to be stopped everywhere.
 ///
 /// With x = ṡ² and u = s̈ the limits are linear: |q'ⱼ u + q''ⱼ x| ≤ aⱼ, x ≤ (vⱼ/q'ⱼ)², and x' = x +
 /// 2 u Δs from one grid point to the next (u constant between). Backwards from the end: the largest
 /// x from which the rest can be driven; then forwards: the largest u that stays below it.
-/// (Reachability analysis on the phase plane, Pham & Pham 2018.) The duration is then stretched to
-/// a whole number of periods. O(grid points × n × bisections).
+/// (Reachability analysis on the phase plane, Pham & Pham 2018.) Where `stoppable` refuses the
+/// speed, x is lowered until it agrees. The duration is then stretched to a whole number of
+/// periods. O(grid points × n × bisections). Empty if not even a slow motion can be stopped.
+std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
+                                            const Eigen::VectorXd& v_max_rad_s,
+                                            const Eigen::VectorXd& a_max_rad_s2, double period_s,
+                                            const Stoppable& stoppable);
+/// The same without stops.
 JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
                              const Eigen::VectorXd& a_max_rad_s2, double period_s);
 

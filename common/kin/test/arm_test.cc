@@ -54,6 +54,33 @@ TEST(Forward, Lwr4ShoulderAndElbowBendForwards) {
   EXPECT_LT((X[5].translation() - elbow - Eigen::Vector3d(0, 0, -0.39)).norm(), 1e-12);
 }
 
+/// One after the other, as the convention is written; and the parts around the joint.
+TEST(Forward, ModifiedLinksTurnBeforeTheyMove) {
+  using Eigen::AngleAxisd, Eigen::Translation3d, Eigen::Vector3d;
+  ArmModel arm;
+  arm.links = {{.a = 0.1, .alpha = 0.7, .d = 0.3, .offset = 0.2, .modified = true},
+               {.a = -0.2, .alpha = -1.1, .d = 0.4, .offset = -0.5, .modified = true}};
+  const Eigen::Vector2d q(0.9, -0.4);
+  Eigen::Isometry3d expected = Eigen::Isometry3d::Identity(), parts = expected;
+  for (int i = 0; i < 2; ++i) {
+    const DhLink& link = arm.links[static_cast<std::size_t>(i)];
+    const AngleAxisd turn(q[i] + link.offset, Vector3d::UnitZ());
+    expected = expected * AngleAxisd(link.alpha, Vector3d::UnitX()) * Translation3d(link.a, 0, 0) *
+               turn * Translation3d(0, 0, link.d);
+    parts = parts * link.before_joint() * turn * link.after_joint();
+  }
+  EXPECT_TRUE(end_effector(arm, q).isApprox(expected, 1e-12));
+  EXPECT_TRUE(parts.isApprox(expected, 1e-12));
+  const auto J = jacobian(arm, q);
+  for (int i = 0; i < 2; ++i) {
+    constexpr double kH = 1e-6;
+    const Vector3d moved = (end_effector(arm, q + kH * Eigen::Vector2d::Unit(i)).translation() -
+                            end_effector(arm, q - kH * Eigen::Vector2d::Unit(i)).translation()) /
+                           (2 * kH);
+    EXPECT_LT((J.col(i).head<3>() - moved).norm(), 1e-8);
+  }
+}
+
 TEST(Forward, BaseAndToolPosesCompose) {
   ArmModel arm = planar_arm();
   arm.X_WB =

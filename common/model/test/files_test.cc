@@ -45,21 +45,24 @@ std::string message_of(const Load& load) {
   return "no error";
 }
 
-TEST(ArmFile, Lwr4IsTheArmOfThePlannersProblemSet) {
+void expect_arm_of_the_set(const std::string& arm_file, const std::string& name) {
+  SCOPED_TRACE(arm_file);
   const auto file = shared_data("data/planner/problemset.json");
   std::ifstream in(file);
   if (!in) GTEST_SKIP() << file << " is absent";
   const nlohmann::json set = nlohmann::json::parse(in);
   const auto robot = std::find_if(set["robots"].begin(), set["robots"].end(),
-                                  [](const auto& r) { return r["name"] == "lwr4p"; });
+                                  [&](const auto& r) { return r["name"] == name; });
   ASSERT_NE(robot, set["robots"].end());
-  const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
-  ASSERT_EQ(arm.dof(), 7);
-  for (std::size_t i = 0; i < 7; ++i) {
+  const kin::ArmModel arm = load_arm(kModels + arm_file);
+  ASSERT_EQ(arm.links.size(), (*robot)["dh"].size());
+  for (std::size_t i = 0; i < arm.links.size(); ++i) {
     const auto& link = (*robot)["dh"][i];
     EXPECT_DOUBLE_EQ(arm.links[i].a, link["a"]);
     EXPECT_DOUBLE_EQ(arm.links[i].alpha, link["alpha"]);
     EXPECT_DOUBLE_EQ(arm.links[i].d, link["d"]);
+    EXPECT_DOUBLE_EQ(arm.links[i].offset, link["off"]);
+    EXPECT_EQ(arm.links[i].modified, (*robot)["convention"] == "modified");
     EXPECT_NEAR(arm.q_min[static_cast<int>(i)], (*robot)["lo"][i], 1e-9);
     EXPECT_NEAR(arm.q_max[static_cast<int>(i)], (*robot)["hi"][i], 1e-9);
   }
@@ -72,7 +75,16 @@ TEST(ArmFile, Lwr4IsTheArmOfThePlannersProblemSet) {
     for (int k = 0; k < 3; ++k) EXPECT_DOUBLE_EQ(arm.balls[i].center[k], ball["c"][k]);
   }
   EXPECT_EQ(arm.self_pairs.size(), (*robot)["self_groups"].size());
-  EXPECT_EQ(arm.env_groups, (std::vector<int>{1, 2, 3}));
+  ASSERT_EQ(arm.env_groups.size(), (*robot)["env_groups"].size());
+  for (std::size_t i = 0; i < arm.env_groups.size(); ++i) {
+    EXPECT_EQ(arm.groups[static_cast<std::size_t>(arm.env_groups[i])], (*robot)["env_groups"][i]);
+  }
+}
+
+TEST(ArmFile, ArmsAreThoseOfThePlannersProblemSet) {
+  expect_arm_of_the_set("lwr4.yaml", "lwr4p");
+  expect_arm_of_the_set("rx90.yaml", "rx90");
+  expect_arm_of_the_set("planar2.yaml", "planar2");
 }
 
 TEST(ArmFile, Lwr4HasTheDataSheetsSpeeds) {
@@ -90,6 +102,24 @@ TEST(RobotFile, OwnsTheRateOfItsJoints) {
   EXPECT_EQ(rate_of_robot(arm.file()), 125.0);
   EXPECT_EQ(rate_of_robot(biped.file()), 250.0);
   EXPECT_EQ(rate_of_robot("biped.urdf"), 200.0);
+}
+
+TEST(ArmFile, AMissingLimitIsNamed) {
+  for (const std::string limit : {"q_min_rad: -2.9670597284, ", "q_max_rad: 2.9670597284,\n     ",
+                                  "v_max_rad_s: 1.9199, ", "a_max_rad_s2: 6, "}) {
+    const EditedCopy without("lwr4.yaml", limit, "");
+    const std::string name = limit.substr(0, limit.find(':'));
+    EXPECT_NE(message_of([&] { load_arm(without.file()); }).find(name), std::string::npos) << name;
+  }
+}
+
+TEST(ArmFile, BaseAndToolAreTurnedAsInAUrdf) {
+  const EditedCopy hanging(
+      "lwr4.yaml", "base_m: [0, 0, 0]",
+      "base_m: [0, 0, 1]\nbase_rpy_rad: [3.141592653589793, 0, 1.5707963267948966]");
+  const kin::ArmModel arm = load_arm(hanging.file());
+  EXPECT_TRUE((arm.X_WB * Eigen::Vector3d(1, 2, 3)).isApprox(Eigen::Vector3d(2, 1, -2), 1e-9));
+  EXPECT_TRUE(arm.X_LE.linear().isIdentity());
 }
 
 TEST(ArmFile, MistakesAreNamedInOneLine) {

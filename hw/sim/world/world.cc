@@ -110,6 +110,7 @@ void ObjectModel::plan_landing() {
     will_topple_ =
         "released leaning by " + std::to_string(std::lround(lean * 180.0 / M_PI)) + " degrees";
   }
+  if (cylinder_.X_WO.linear()(2, 2) < 0.0) will_topple_ = "released upside down";
   for (const kin::Box& box : boxes_) {
     if (beside(box, p) > 0.0 && beside(box, p) < cylinder_.radius && top(box) <= reachable &&
         top(box) > landing_z_) {

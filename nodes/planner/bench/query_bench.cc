@@ -1,90 +1,93 @@
 #include "nodes/planner/bench/query_bench.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
-#include <memory>
-#include <numeric>
 
 #include "nodes/planner/path_search.h"
-#include "nodes/planner/roadmap.h"
 
 namespace mimesis::planner {
 namespace {
 
-std::vector<Query> blocked(const kin::ArmModel& arm, const ProblemScene& scene) {
-  CollisionChecker checker(arm, scene.obstacles, 0.0);
-  std::vector<Query> queries;
-  for (const Query& query : scene.queries) {
-    const bool straight =
-        std::any_of(query.goals.begin(), query.goals.end(),
-                    [&](const auto& goal) { return checker.certify(query.start, goal); });
-    if (!straight) queries.push_back(query);
+constexpr double kQueryMargin = 0.001;
+constexpr std::array kRobots{"lwr4p", "rx90", "planar2"};
+
+struct Times {
+  std::vector<double> us;
+  int solved = 0, certified = 0;
+
+  void add(double time_us, const Path& path, CollisionChecker& judge) {
+    us.push_back(time_us);
+    solved += !path.empty();
+    bool all = !path.empty();
+    for (std::size_t i = 1; i < path.size(); ++i) all = all && judge.certify(path[i - 1], path[i]);
+    certified += all;
   }
-  return queries;
-}
-
-bool all_certified(CollisionChecker& checker, const Path& path) {
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    if (!checker.certify(path[i - 1], path[i])) return false;
+  void report(benchmark::State& state, const std::string& prefix) {
+    if (us.empty()) return;
+    std::sort(us.begin(), us.end());
+    state.counters[prefix + "solved"] = solved;
+    state.counters[prefix + "certified"] = certified;
+    state.counters[prefix + "median_us"] = us[us.size() / 2];
+    state.counters[prefix + "p95_us"] = us[us.size() * 95 / 100];
+    state.counters[prefix + "worst_us"] = us.back();
   }
-  return true;
-}
+};
 
-PlanQuery prepare_ours(const kin::ArmModel& arm, const Obstacles& obstacles) {
-  auto checker = std::make_shared<CollisionChecker>(arm, obstacles, 0.001);
-  auto roadmap =
-      std::make_shared<Roadmap>(build_roadmap(*checker, Eigen::MatrixXd(arm.dof(), 0), {}));
-  return [checker, roadmap](const Query& query) {
-    auto found = find_path(*roadmap, *checker, query.start, query.goals, {}, {});
-    return found ? std::move(found->waypoints) : Path{};
-  };
-}
-
-void queries(benchmark::State& state) { plan_blocked_queries(state, prepare_ours); }
-BENCHMARK(queries)->DenseRange(0, 4)->Iterations(1)->Unit(benchmark::kMillisecond);
+void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
+BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 
-void plan_blocked_queries(benchmark::State& state, const PrepareScene& prepare) {
-  static const auto set = load_problem_set("lwr4p");
+Path plan_first_path(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
+                     const Query& query) {
+  CollisionChecker checker(arm, obstacles, margin_m);
+  auto found = find_path({}, checker, query.start, query.goals, {}, {.shortcuts = 0});
+  return found ? std::move(found->waypoints) : Path{};
+}
+
+void plan_blocked_queries(benchmark::State& state, const PlanQuery& plan, const PlanQuery& peer) {
+  const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
+  const auto set = load_problem_set(robot);
   if (!set) {
     state.SkipWithError("no ../shared/data/planner");
     return;
   }
-  const ProblemScene& scene = set->scenes.at(static_cast<std::size_t>(state.range(0)));
-  const std::vector<Query> asked = blocked(set->arm, scene);
-  const auto preparing = std::chrono::steady_clock::now();
-  const PlanQuery plan = prepare(set->arm, scene.obstacles);
-  const std::chrono::duration<double, std::milli> prepared =
-      std::chrono::steady_clock::now() - preparing;
-  CollisionChecker judge(set->arm, scene.obstacles, 0.0);
-  std::vector<double> ms;
-  int solved = 0, certified = 0;
+  Times ours, theirs;
+  std::vector<double> ratios;
   for (auto _ : state) {
-    for (const Query& query : asked) {
-      const auto begin = std::chrono::steady_clock::now();
-      const Path path = plan(query);
-      const std::chrono::duration<double, std::milli> spent =
-          std::chrono::steady_clock::now() - begin;
-      state.PauseTiming();
-      ms.push_back(spent.count());
-      solved += !path.empty();
-      certified += !path.empty() && all_certified(judge, path);
-      state.ResumeTiming();
+    for (const ProblemScene& scene : set->scenes) {
+      CollisionChecker judge(set->arm, scene.obstacles, 0.0);
+      for (const Query& query : scene.queries) {
+        const auto straight = [&](const auto& goal) { return judge.certify(query.start, goal); };
+        if (std::any_of(query.goals.begin(), query.goals.end(), straight)) continue;
+        const auto timed = [&](const PlanQuery& planner, Path& path) {
+          const auto begin = std::chrono::steady_clock::now();
+          path = planner(set->arm, scene.obstacles, kQueryMargin, query);
+          const std::chrono::duration<double, std::micro> spent =
+              std::chrono::steady_clock::now() - begin;
+          return spent.count();
+        };
+        double our_us = 1e18, their_us = 1e18;
+        Path our_path, their_path;
+        for (int turn = 0; turn < 3; ++turn) {
+          our_us = std::min(our_us, timed(plan, our_path));
+          if (peer) their_us = std::min(their_us, timed(peer, their_path));
+        }
+        ours.add(our_us, our_path, judge);
+        if (!peer) continue;
+        theirs.add(their_us, their_path, judge);
+        ratios.push_back(their_us / our_us);
+      }
     }
   }
-  std::sort(ms.begin(), ms.end());
-  state.SetLabel(scene.name);
-  state.counters["asked"] = static_cast<double>(ms.size());
-  state.counters["solved"] = solved;
-  state.counters["certified"] = certified;
-  if (ms.empty()) return;
-  state.counters["median_ms"] = ms[ms.size() / 2];
-  state.counters["p95_ms"] = ms[ms.size() * 95 / 100];
-  state.counters["prepare_ms"] = prepared.count();
-  state.counters["mean_prepared_ms"] =
-      (prepared.count() + std::accumulate(ms.begin(), ms.end(), 0.0)) /
-      static_cast<double>(ms.size());
+  state.SetLabel(robot);
+  state.counters["asked"] = static_cast<double>(ours.us.size());
+  ours.report(state, "");
+  if (!peer) return;
+  theirs.report(state, "peer_");
+  std::sort(ratios.begin(), ratios.end());
+  state.counters["ratio"] = ratios[ratios.size() / 2];
 }
 
 }  // namespace mimesis::planner

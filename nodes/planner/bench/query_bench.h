@@ -9,14 +9,18 @@
 namespace mimesis::planner {
 
 using Path = std::vector<Eigen::VectorXd>;
-/// Plans one query of a scene; empty if it fails.
-using PlanQuery = std::function<Path(const Query&)>;
-/// Prepares what all queries of a scene share.
-using PrepareScene = std::function<PlanQuery(const kin::ArmModel&, const Obstacles&)>;
+/// Plans one query with everything that it needs; empty if it fails.
+using PlanQuery =
+    std::function<Path(const kin::ArmModel&, const Obstacles&, double margin_m, const Query&)>;
 
-/// Plans every query of problem set scene `state.range(0)` (LWR4+) whose straight line is blocked,
-/// once an iteration. Counters: asked, solved, certified (no part touches anything, proven),
-/// median_ms, p95_ms.
-void plan_blocked_queries(benchmark::State& state, const PrepareScene& prepare);
+/// First path by find_path without a roadmap.
+Path plan_first_path(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
+                     const Query& query);
+
+/// Plans every query of an arm (0: lwr4p, 1: rx90, 2: planar2, `state.range(0)`) whose straight
+/// line is blocked, three times with each planner in turns; the best wall time of each counts.
+/// Counters: asked; and for `plan`, `peer`: solved, certified (no part touches anything, proven),
+/// median_us, p95_us, worst_us; ratio: median of the peer's time through the plan's.
+void plan_blocked_queries(benchmark::State& state, const PlanQuery& plan, const PlanQuery& peer);
 
 }  // namespace mimesis::planner

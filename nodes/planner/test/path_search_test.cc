@@ -31,7 +31,7 @@ const Eigen::Vector2d kBelow(-0.5, 0.2), kAbove(0.6, 0.2);
 TEST(RefineOffline, MovesInhibitedNodesOutAndDropsTheRest) {  // fig. 2.10
   const auto arm = planar_arm();
   CollisionChecker checker(arm, wall(), kPathMargin);
-  const auto free = [&](const Eigen::VectorXd& q) { return checker.free(q); };
+  const auto free = [&](const Eigen::MatrixXd& q) { return checker.free_columns(q); };
   Eigen::MatrixXd nodes = sample_box(arm.q_min, arm.q_max, 800, 2);
   RefinementSettings settings;
   settings.window_rad = 0.4;
@@ -52,7 +52,11 @@ TEST(RefineOffline, ShiftsAwayFromTheInhibitedAndTowardsTheActive) {
   // moves by v2 = -0.1 and v3 = 0.5 to 0.4.
   Eigen::MatrixXd nodes(1, 3);
   nodes << 0.0, 0.1, 0.5;
-  const auto free = [](const Eigen::VectorXd& q) { return q[0] > 0.2; };
+  const auto free = [](const Eigen::MatrixXd& q) {
+    std::vector<char> far;
+    for (Eigen::Index i = 0; i < q.cols(); ++i) far.push_back(q(0, i) > 0.2);
+    return far;
+  };
   RefinementSettings settings{.window_rad = 1.0, .inhibited_share = 0.01};
   const auto shares = refine_offline(nodes, Eigen::VectorXd::Constant(1, -1),
                                      Eigen::VectorXd::Constant(1, 1), free, settings);
@@ -80,6 +84,28 @@ TEST(FindPath, GoesRoundTheObstacleAndEveryPartIsCertified) {
   // The forearm must fold so far that the tip stays nearer than the wall: the way is not much
   // longer.
   EXPECT_LT(path_length(found->waypoints), 6.0);
+}
+
+TEST(FindPath, NeedsNoRoadmap) {
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, wall(), kPathMargin);
+  std::vector<std::vector<Eigen::VectorXd>> paths;
+  for (const std::uint64_t seed : {1u, 1u, 2u}) {
+    const std::vector<Eigen::VectorXd> goals{Eigen::Vector2d(0.06, 0.0), kAbove};
+    const auto found = find_path({}, checker, kBelow, goals, {}, {.shortcuts = 0, .seed = seed});
+    ASSERT_TRUE(found) << found.error().reason;
+    EXPECT_TRUE(found->by_trees);
+    EXPECT_EQ(found->goal, 1);
+    EXPECT_EQ(found->waypoints.front(), kBelow);
+    EXPECT_EQ(found->waypoints.back(), kAbove);
+    for (std::size_t i = 1; i < found->waypoints.size(); ++i) {
+      EXPECT_TRUE(checker.certify(found->waypoints[i - 1], found->waypoints[i]));
+      EXPECT_GT((found->waypoints[i] - found->waypoints[i - 1]).norm(), 1e-9);
+    }
+    paths.push_back(found->waypoints);
+  }
+  EXPECT_EQ(paths[0], paths[1]);
+  EXPECT_NE(paths[0], paths[2]);
 }
 
 TEST(FindPath, SameSeedSameBits) {
@@ -118,9 +144,9 @@ TEST(FindPath, SaysWhyThereIsNone) {
     return found ? "found a path" : found.error().reason;
   };
   EXPECT_EQ(reason(inside, {above}).substr(0, 71),
-            "the start posture is in collision: ball 10 (fore) touches the obstacle ");
-  EXPECT_EQ(reason(below, {inside}).substr(0, 56),
-            "every posture at the goal is in collision, e.g. ball 10 ");
+            "the start posture is in collision: ball 15 (fore) touches the obstacle ");
+  EXPECT_EQ(reason(below, {inside, inside}).substr(0, 59),
+            "all 2 postures at the goal are in collision, e.g. ball 15 (");
   EXPECT_EQ(reason(below, {}), "no posture reaches the goal");
 
   Obstacles cage;  // on both sides of the base, nearer than the elbow
@@ -130,9 +156,10 @@ TEST(FindPath, SaysWhyThereIsNone) {
   }
   CollisionChecker caged(arm, cage, kPathMargin);
   const std::vector<Eigen::VectorXd> goals{kAbove};
-  const auto none = find_path(planar_roadmap(caged), caged, kBelow, goals, {}, {.rescues = 4});
+  const auto none =
+      find_path(planar_roadmap(caged), caged, kBelow, goals, {}, {.max_branches = 2000});
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().reason, "start and goal are not connected by free postures");
+  EXPECT_EQ(none.error().reason, "no path within the allowed effort");
 }
 
 TEST(FindPath, TakesTheGoalThatCanBeReached) {

@@ -122,7 +122,9 @@ void expect_whole(const TaskPlan& plan, const Eigen::Vector3d& goal) {
   // The object's centre, fixed in the hand since the grasp, ends at the goal.
   const Eigen::VectorXd release =
       plan.motions[plan.motions.size() - 2].trajectory.position.rightCols(1);
-  EXPECT_LT((kin::end_effector(d.arm, release) * X_EO.translation() - goal).norm(), 1e-3);
+  const Eigen::Isometry3d X_WO = kin::end_effector(d.arm, release) * X_EO;
+  EXPECT_LT((X_WO.translation() - goal).norm(), 1e-3);
+  EXPECT_GT(X_WO.linear()(2, 2), 0.999) << "it stands as it stood";
 }
 
 TEST(TaskPlan, PrecisionGripAboveTheBridgeToTheHighGoal) {
@@ -153,6 +155,38 @@ TEST(TaskPlan, FullGripBelowReachesTheHighGoalToo) {
   ASSERT_TRUE(plan) << plan.error().reason;
   expect_whole(*plan, demo().table.goals[0].position);
   for (const double height : crossings(*plan)) EXPECT_LT(height, 0.0);
+}
+
+/// Wherever the drives are stopped, at every sample of the plans and at the pace at which the
+/// bridge catches up, the arm comes to rest touching nothing: each joint with its own deceleration.
+TEST(TaskPlan, CanBeStoppedByTheDrivesEverywhere) {
+  const Demo& d = demo();
+  for (const Task& task : {kAboveHigh, kBelowLow, Task{Grip::full, Transport::below, "high"}}) {
+    const auto plan = d.plan(task);
+    ASSERT_TRUE(plan) << plan.error().reason;
+    const Eigen::VectorXd grasp = plan->motions[1].trajectory.position.rightCols(1);
+    const Eigen::Isometry3d X_EO = kin::end_effector(d.arm, grasp).inverse() *
+                                   Eigen::Isometry3d(Eigen::Translation3d(d.table.object));
+    double farthest_rad = 0.0;
+    for (const auto& motion : plan->motions) {
+      const auto held = motion.phase == Phase::transport ? std::optional(X_EO) : std::nullopt;
+      for (Eigen::Index k = 0; k < motion.trajectory.samples(); ++k) {
+        const Eigen::VectorXd q = motion.trajectory.position.col(k);
+        for (const double pace : {1.0, 1.2}) {
+          const Eigen::VectorXd v = pace * motion.trajectory.velocity.col(k);
+          const Eigen::ArrayXd rest_s = v.array().abs() / d.arm.a_max.array();
+          for (int part = 1; part <= 8; ++part) {
+            const Eigen::ArrayXd t = rest_s.min(part / 8.0 * rest_s.maxCoeff());
+            const Eigen::VectorXd stopping =
+                q.array() + v.array() * t - 0.5 * v.array().sign() * d.arm.a_max.array() * t * t;
+            farthest_rad = std::max(farthest_rad, (stopping - q).norm());
+            expect_free(stopping, held);
+          }
+        }
+      }
+    }
+    EXPECT_GT(farthest_rad, 0.1) << "it does move";
+  }
 }
 
 TEST(TaskPlan, TellsWhatIsInTheWayOfOtherCombinations) {
@@ -194,6 +228,74 @@ TEST(TaskPlan, WalledOffGoalIsNotConnected) {
   d.table.boxes.push_back({{0.53, 0.0, 1.0}, {0.01, 1.5, 1.5}, "wall"});
   const auto plan = d.plan(kBelowLow);
   ASSERT_FALSE(plan);
+}
+
+TEST(TaskPlan, PutsTheObjectDownUprightWhateverTheSeed) {
+  Demo d = demo();
+  for (std::uint64_t seed = 2; seed < 6; ++seed) {
+    d.settings.roadmap.seed = d.settings.search.seed = seed;
+    const auto plan = d.plan(kBelowLow);
+    ASSERT_TRUE(plan) << seed << ": " << plan.error().reason;
+    expect_whole(*plan, d.table.goals[1].position);
+  }
+}
+
+TEST(MovedObstacles, AreThoseThatMovedFartherThanTheTolerance) {
+  kin::Table planned = demo().table, now = planned;
+  EXPECT_TRUE(moved_obstacles(planned, now, 1e-3).balls.empty());
+  now.balls[3].center.x() += 0.9e-3;
+  now.boxes[1].center.y() += 0.9e-3;
+  now.balls.erase(now.balls.begin());
+  EXPECT_TRUE(moved_obstacles(planned, now, 1e-3).balls.empty());
+  EXPECT_TRUE(moved_obstacles(planned, now, 1e-3).boxes.empty());
+  now.balls[5].radius += 2e-3;
+  now.boxes[0].half_extent.z() += 2e-3;
+  EXPECT_EQ(moved_obstacles(planned, now, 1e-3).balls.size(), 1u);
+  EXPECT_EQ(moved_obstacles(planned, now, 1e-3).boxes.size(), 1u);
+}
+
+TEST(KeepsClear, RefusesABallOnTheWayThatIsLeft) {
+  const Demo& d = demo();
+  const auto plan = d.plan(kBelowLow);
+  ASSERT_TRUE(plan) << plan.error().reason;
+  const auto hand_in_the_middle_of = [&](std::size_t i) -> Eigen::Vector3d {
+    const auto& q = plan->motions[i].trajectory.position;
+    return kin::end_effector(d.arm, q.col(q.cols() / 2)).translation();
+  };
+  const std::size_t transport = 3;
+  const Obstacles on_the_reach{{{hand_in_the_middle_of(0), 0.01}}, {}, {}, {}};
+  EXPECT_FALSE(keeps_clear(d.arm, *plan, 0, on_the_reach, 1e-3));
+  const Obstacles on_the_way{{{hand_in_the_middle_of(transport), 0.01}}, {}, {}, {}};
+  EXPECT_FALSE(keeps_clear(d.arm, *plan, transport, on_the_way, 1e-3));
+  const Obstacles elsewhere{{{{-0.9, 0.0, 0.5}, 0.05}}, {}, {}, {}};
+  EXPECT_TRUE(keeps_clear(d.arm, *plan, 0, elsewhere, 1e-3));
+}
+
+TEST(RefreshedRoadmap, IsTheSameAfterNoiseAndMovesOnlyWhatIsTouched) {
+  const Demo& d = demo();
+  const auto known = std::make_shared<const Roadmap>(d.roadmap);
+  kin::Table noisy = d.table;
+  for (kin::Ball& ball : noisy.balls) ball.center.array() += 1e-3;
+  EXPECT_EQ(refreshed_roadmap(known, d.arm, noisy, d.settings), known);
+
+  kin::Table moved = d.table;
+  for (int i = 0; i < 8; ++i) moved.balls.push_back({{-0.4, -0.4 + 0.1 * i, 0.5}, 0.1});
+  const auto fresh = refreshed_roadmap(known, d.arm, moved, d.settings);
+  ASSERT_NE(fresh, known);
+  CollisionChecker checker(d.arm, {moved.balls, moved.boxes, {}, {}}, d.settings.margin_m);
+  for (const char free : checker.free_columns(fresh->nodes)) EXPECT_TRUE(free);
+  EXPECT_GT(fresh->nodes.cols(), known->nodes.cols() * 97 / 100);
+  Eigen::Index stayed = 0;
+  for (Eigen::Index i = 0; i < known->nodes.cols(); ++i) {
+    const bool was_free = checker.free(known->nodes.col(i));
+    const bool there =
+        (fresh->nodes.colwise() - known->nodes.col(i)).colwise().norm().minCoeff() == 0.0;
+    EXPECT_EQ(there, was_free) << i;
+    stayed += there;
+  }
+  EXPECT_GT(stayed, known->nodes.cols() / 2);
+  const auto plan = plan_task(d.arm, moved, *fresh, d.arm.home, kBelowLow, d.settings);
+  EXPECT_TRUE(plan) << plan.error().reason;
 }
 
 TEST(TaskPlan, SameSeedSameBits) {

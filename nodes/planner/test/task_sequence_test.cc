@@ -29,7 +29,12 @@ TaskPlan small_plan() {
 /// A task with an arm that follows at once and a hand that takes 20 steps.
 class Trial {
  public:
-  Trial() : sequence({.a_max_rad_s2 = both(4.0)}) {
+  Trial()
+      : sequence({.a_max_rad_s2 = both(4.0),
+                  .keeps_clear = [](const TaskPlan&, std::size_t, const kin::Table& planned,
+                                    const kin::Table& now) {
+                    return now.balls.size() == planned.balls.size();
+                  }}) {
     decision.id = 7;
     arm.q = both(0.0);
     arm.operational = true;
@@ -296,6 +301,30 @@ TEST(TaskSequence, PlansAgainWhenTheObjectMovesDuringTheReach) {
   EXPECT_EQ(trial.requests[1].start, trial.arm.q) << "from where it came to rest";
   EXPECT_GT(trial.arm.q[0], 0.4);
   EXPECT_LT(trial.arm.q[0], 1.0);
+}
+
+TEST(TaskSequence, PlansAgainWhenAnObstacleComesIntoTheWayOfTheReach) {
+  Trial trial;
+  trial.until([&] { return trial.arm.q[0] > 0.4; });
+  trial.table.balls.emplace_back();
+  trial.until([&] { return trial.requests.size() == 2; });
+  ASSERT_EQ(trial.requests.size(), 2u);
+  EXPECT_EQ(trial.requests[1].table.balls.size(), 1u);
+  EXPECT_LT(trial.arm.q[0], 1.0);
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::done) << "the new plan knows of it";
+}
+
+TEST(TaskSequence, BrakesAndFailsWhenAnObstacleComesIntoTheWayOfTheTransport) {
+  Trial trial;
+  trial.until_phase(Phase::transport);
+  trial.until([&] { return trial.arm.q[0] > 1.5; });
+  trial.table.balls.emplace_back();
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::failed);
+  EXPECT_EQ(trial.sequence.reason(), "an obstacle moved into the way");
+  EXPECT_LT(trial.arm.q[0], 1.9);
+  EXPECT_EQ(trial.requests.size(), 1u);
 }
 
 TEST(TaskSequence, MillimetresOfTheObjectDoNotCount) {

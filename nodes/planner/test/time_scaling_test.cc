@@ -74,6 +74,25 @@ TEST(TimeOptimal, StopsAtACornerThatMayNotBeRounded) {
   EXPECT_LT(time_optimal(rounded, v, a, kPeriod).duration_s(), motion.duration_s());
 }
 
+TEST(TimeOptimal, IsSlowWhereItCouldNotBeStoppedElse) {
+  const auto path = line(3.0);
+  const auto slow = time_optimal(path, one(1.0), one(2.0), kPeriod, [](const Stops& stops) {
+    const bool there = stops.q1[0] > 1.0 && stops.q0[0] < 1.5;
+    return !there || stops.v0.cwiseAbs().cwiseMax(stops.v1.cwiseAbs())[0] < 0.3;
+  });
+  ASSERT_TRUE(slow);
+  double fastest = 0.0;
+  for (Eigen::Index k = 0; k < slow->samples(); ++k) {
+    const double q = slow->position(0, k);
+    if (q > 1.0 && q < 1.5) {
+      EXPECT_LT(slow->velocity(0, k), 0.3);
+    }
+    fastest = std::max(fastest, slow->velocity(0, k));
+  }
+  EXPECT_GT(fastest, 0.99) << "elsewhere it is as fast as ever";
+  EXPECT_FALSE(time_optimal(path, one(1.0), one(2.0), kPeriod, [](const Stops&) { return false; }));
+}
+
 TEST(SmoothPath, IsContinuousInTangentAndCurvature) {
   const SmoothPath path(zigzag(3, 6), 0.2, kAlways);
   EXPECT_EQ(path.stops().size(), 2u);

@@ -67,6 +67,14 @@ TEST(Object, FallsAsFreeBodiesDo) {
   EXPECT_NEAR(total, std::sqrt(2 * 0.5 / 9.81), 1.01 * kDt);
 }
 
+TEST(Object, UpsideDownIsNotUpright) {
+  ObjectModel object = held_at({0.0, 0.2, 0.061}, M_PI - 0.05);
+  object.release();
+  steps_until_rest(object);
+  EXPECT_FALSE(object.upright());
+  EXPECT_EQ(object.mishap(), "released upside down");
+}
+
 TEST(Object, StaysUprightFromALowReleaseOnly) {
   ObjectModel low = held_at({0.3, 0.0, 0.16 + 0.019});
   low.release();

@@ -21,7 +21,9 @@ Eigen::VectorXd vector(const Json& json) {
 kin::ArmModel arm_of(const Json& json) {
   kin::ArmModel arm;
   arm.name = json["name"];
-  for (const auto& dh : json["dh"]) arm.links.push_back({dh["a"], dh["alpha"], dh["d"], dh["off"]});
+  const bool modified = json["convention"] == "modified";
+  for (const auto& dh : json["dh"])
+    arm.links.push_back({dh["a"], dh["alpha"], dh["d"], dh["off"], modified});
   arm.q_min = vector(json["lo"]);
   arm.q_max = vector(json["hi"]);
   arm.v_max = Eigen::VectorXd::Constant(arm.dof(), 2.0);

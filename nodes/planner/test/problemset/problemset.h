@@ -20,13 +20,13 @@ struct ProblemScene {
   std::vector<Query> queries;
 };
 
-/// Scenes of one robot (lwr4p or planar2) of ../shared/data/planner/problemset.json.
+/// Scenes of one robot (lwr4p, rx90 or planar2) of ../shared/data/planner/problemset.json.
 struct ProblemSet {
   kin::ArmModel arm;
   std::vector<ProblemScene> scenes;
 };
 
-/// Empty if the file is absent. Robots with modified DH are not read: kin::ArmModel is standard DH.
+/// Empty if the file is absent.
 std::optional<ProblemSet> load_problem_set(const std::string& robot);
 
 }  // namespace mimesis::planner
