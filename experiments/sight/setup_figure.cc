@@ -55,7 +55,7 @@ void watch_teacher(Report& report, image::Image& shown) {
     camera::Renderer left(picture, cameras[0], 0), right(picture, cameras[1], 1);
     vision::TableWatcher watcher = watcher_of(cameras, false);
     image::Image a, b;
-    for (double t = 0.0; t < left.end_s() + 0.5; t += 1.0 / 15.0) {
+    for (double t = 0.0; t < left.end_s() + 0.5; t += 1.0 / 30.0) {
       left.render(t, a);
       right.render(t, b);
       if (t == 0.0) teach(watcher, a, camera::clicks(picture, cameras[0]));
