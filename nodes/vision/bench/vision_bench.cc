@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "nodes/vision/hand/test/drawn_hand.h"
+#include "nodes/vision/hand/testing/drawn_hand.h"
 #include "nodes/vision/label_kernels.h"
 #include "nodes/vision/table_watcher.h"
 

@@ -28,7 +28,8 @@ constexpr double kWrist = -0.5 * 0.446;  // the wrist on the x axis of H
 const Vector3d kThumbRoot(kWrist + 0.05, 0.11, 0.03);
 constexpr double kThumbRadius = 0.075, kThumbKnuckle = 0.062, kThumbTip = 0.044;
 constexpr double kPalmRadius = 0.066, kHeelRadius = 0.076;
-constexpr double kWristRadius = 0.16, kElbowRadius = 0.30, kForearm = 1.3;
+// Wrist and forearm of adults are some 6 and 8.7 cm broad, at a hand of 185 mm.
+constexpr double kWristRadius = 0.16, kElbowRadius = 0.235, kForearm = 1.08;
 
 constexpr std::array<JointRange, kHandJoints> kRanges{{
     {deg(-5), deg(65), deg(25)},   // thumb: abduction
@@ -123,7 +124,13 @@ void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
   const Vector3d wrist(kWrist, 0.0, 0.0);
   const Vector3d back(-std::cos(flexion) * std::cos(deviation), -std::sin(deviation) * side_,
                       std::sin(flexion) * std::cos(deviation));
-  add(wrist + 0.04 * back, wrist + kForearm * back, kWristRadius, kElbowRadius);
+  const double bare = std::exp(pose.arm[2]), at_wrist = kWristRadius * std::exp(pose.arm[0]),
+               at_elbow = kElbowRadius * std::exp(pose.arm[1]);
+  const double taper = std::min(bare, kForearm);
+  const double at_end = at_wrist + taper / kForearm * (at_elbow - at_wrist);
+  add(wrist + 0.04 * back, wrist + (0.04 + taper) * back, at_wrist, at_end);
+  const double more = bare > kForearm ? at_end : 0.0;
+  add(wrist + (0.04 + taper) * back, wrist + (0.04 + bare) * back, more, more);
 }
 
 std::array<Vector3d, 5> HandModel::tips(const HandPose& pose) const {

@@ -6,11 +6,14 @@
 namespace mimesis::vision {
 
 inline constexpr std::size_t kHandJoints = 20;
-inline constexpr std::size_t kHandCapsules = 21;  ///< the last one is the forearm
+inline constexpr std::size_t kHandCapsules = 22, kForearmCapsules = 2;  ///< the forearm's are last
 
-/// State of a hand: 26 degrees of freedom, and the wrist's two, by which the forearm is known from
-/// the hand. Frame H of the hand: origin halfway between wrist and middle knuckle, x towards this
-/// knuckle, z out of the palm; y = z × x points to the thumb of a left hand.
+/// Logarithm of the longest bare forearm, in lengths of the hand: it leaves the picture.
+inline constexpr double kLongestArm = 1.1;
+
+/// State of a hand: 26 degrees of freedom, the wrist's two and the forearm's shape, by which it is
+/// known from the hand. Frame H of the hand: origin halfway between wrist and middle knuckle, x
+/// towards this knuckle, z out of the palm; y = z × x points to the thumb of a left hand.
 struct HandPose {
   Eigen::Vector3d p_CH = Eigen::Vector3d::Zero();      ///< in the frame of the first camera [m]
   Eigen::Matrix3d R_CH = Eigen::Matrix3d::Identity();  ///< orientation in that frame
@@ -18,6 +21,9 @@ struct HandPose {
   /// (+ towards the thumb), MCP, PIP, DIP. Flexion is positive.
   std::array<double, kHandJoints> joint_rad{};
   std::array<double, 2> wrist_rad{};  ///< flexion, deviation of the forearm
+  /// Logarithms of the forearm's breadth at wrist and elbow over the usual ones, and of the bare
+  /// length over that of the hand: where the sleeve begins.
+  std::array<double, 3> arm{0.0, 0.0, kLongestArm};
 };
 
 /// Range of a joint and its angle in a hand at rest [rad].
@@ -28,7 +34,7 @@ struct JointRange {
 /// hand motion"; the thumb's are ours.
 const std::array<JointRange, kHandJoints>& hand_joint_ranges();
 
-/// Part of a hand: cone between two balls, frame of the first camera [m].
+/// Part of a hand: cone between two balls, frame of the first camera [m]; nothing if radius_a is 0.
 struct Capsule {
   Eigen::Vector3f a, b;
   float radius_a, radius_b;

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kLane = HandRaster::kBlock;
-constexpr float kFar = 1e9f;  // [m]
+constexpr float kFar = 1e9f, kNear = 0.05f;  // [m]
 using Window = HandRaster::Window;
 
 /// A capsule in the picture [cells], and how its luma depends on the place.
@@ -22,6 +22,7 @@ struct Flat {
   float au, av, du, dv;          // axis: start and unit direction
   float length, per_length;      // per_length: 1 / length
   float radius, radius_slope;    // over the share of the length
+  float radius_end;              // at its end
   float inverse, inverse_slope;  // 1 / radius, exact at both ends
   float reach;                   // largest distance from the axis that is drawn
   float depth, depth_slope;      // [m]
@@ -32,8 +33,10 @@ struct Flat {
 
 bool flatten(const Capsule& c, const RasterCamera& camera, const Shading& shading, int width,
              int height, Flat& out) {
-  const Vector3f a = camera.R * c.a + camera.t, b = camera.R * c.b + camera.t;
-  if (a.z() < 0.05f || b.z() < 0.05f) return false;
+  const Vector3f a = camera.R * c.a + camera.t;
+  Vector3f b = camera.R * c.b + camera.t;
+  if (a.z() < kNear || c.radius_a <= 0.0f) return false;
+  if (b.z() < kNear) b = a + (a.z() - kNear) / (a.z() - b.z()) * (b - a);
   const float za = camera.focal / a.z(), zb = camera.focal / b.z();
   const float ua = camera.cu + za * a.x(), va = camera.cv + za * a.y();
   const float ub = camera.cu + zb * b.x(), vb = camera.cv + zb * b.y();
@@ -55,6 +58,7 @@ bool flatten(const Capsule& c, const RasterCamera& camera, const Shading& shadin
   out.per_length = end_on ? 0.0f : 1.0f / length;
   out.radius = ra;
   out.radius_slope = rb - ra;
+  out.radius_end = rb;
   out.inverse = 1.0f / ra;
   out.inverse_slope = 1.0f / rb - out.inverse;
   out.reach = std::max(ra, rb) + 0.5f;
@@ -179,13 +183,16 @@ float forearm_sum(const Flat& f, int stride, const float* ratio, const float* co
       const int at = v * stride + u;
       Places p;
       locate(f, static_cast<float>(u) - f.au, dv, p);
-      Lanes hidden, r;
+      Lanes hidden, before, r;
       load(hidden, covered + at);
+      load(before, forearm + at);
       load(r, ratio + at);
-      Lanes more = p.cover - hidden;
+      Lanes bare = 1.0f - p.along * f.radius_end;  // cut off straight where the sleeve begins
+      at_least(bare, 0.0f);
+      at_most(bare, 1.0f);
+      Lanes more = p.cover * bare - hidden - before;
       at_least(more, 0.0f);
-      at_least(r, 0.0f);
-      store(forearm + at, more);
+      store(forearm + at, before + more);
       sum += more * r;
     }
   }
@@ -265,7 +272,7 @@ Match HandRaster::match(const HandCapsules& capsules, const RasterCamera& camera
     all = {std::min(all.u0, w.u0), std::max(all.u1, w.u1), std::min(all.v0, w.v0),
            std::max(all.v1, w.v1)};
   };
-  for (std::size_t k = 0; k + 1 < kHandCapsules; ++k) {
+  for (std::size_t k = 0; k + kForearmCapsules < kHandCapsules; ++k) {
     if (!flatten(capsules[k], camera, shading, width_, height_, flat[count])) continue;
     extend(flat[count++].window);
   }
@@ -278,8 +285,9 @@ Match HandRaster::match(const HandCapsules& capsules, const RasterCamera& camera
                                : 0.0f;
     sum_match(all, stride_, *this, evidence, shading, constant, out);
   }
-  if (flatten(capsules[kHandCapsules - 1], camera, shading, width_, height_, flat[count])) {
-    out.forearm =
+  for (std::size_t k = kHandCapsules - kForearmCapsules; k < kHandCapsules; ++k) {
+    if (!flatten(capsules[k], camera, shading, width_, height_, flat[count])) continue;
+    out.forearm +=
         forearm_sum(flat[count], stride_, evidence.ratio.data(), covered_.data(), forearm_.data());
     extend(flat[count].window);
   }

@@ -38,7 +38,7 @@ struct Match {
   float area = 0.0f;     ///< cells
   float ratio = 0.0f;    ///< sum of Evidence::ratio [nat]
   float shading = 0.0f;  ///< sum of log p(luma | normal) − log p(luma) [nat]
-  float forearm = 0.0f;  ///< sum of positive ratios on the forearm [nat]
+  float forearm = 0.0f;  ///< sum of Evidence::ratio on the forearm [nat]
 };
 
 /// Draws capsules into a small raster with soft edges and compares it with the picture in the same

@@ -17,8 +17,10 @@ using Eigen::Vector4d;
 
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
-// Coordinates of the search: translation, rotation, joints, wrist, logarithm of the length.
-constexpr std::size_t kAtJoints = 6, kAtWrist = kAtJoints + kHandJoints, kAtLength = kAtWrist + 2;
+// Coordinates of the search: translation, rotation, joints, wrist, forearm, logarithm of the
+// length.
+constexpr std::size_t kAtJoints = 6, kAtWrist = kAtJoints + kHandJoints, kAtArm = kAtWrist + 2,
+                      kAtLength = kAtArm + 3;
 constexpr int kMono = static_cast<int>(kAtLength), kStereo = kMono + 1;
 
 /// Steps that matter about equally: the motion of a quick hand between two pictures.
@@ -33,6 +35,8 @@ struct Steps {
       size[kAtJoints + j] = spread ? radians(3) : j % 4 == 3 ? radians(6) : radians(8);
     }
     size[kAtWrist] = size[kAtWrist + 1] = radians(5);
+    size[kAtArm] = size[kAtArm + 1] = 0.03;
+    size[kAtArm + 2] = 0.1;
     size[kAtLength] = 0.005;
   }
 };
@@ -45,6 +49,7 @@ constexpr double kForget = 0.05;  // share of the covariance that is forgotten b
 constexpr double kGuess_m = 0.03, kGuess_rad = 0.38;  // standard deviation of a guess
 constexpr double kLengthRate = 0.3;                   // share of the length's step that is believed
 constexpr int kCoarse = 16;                           // population of the coarse search
+constexpr double kShortestArm = -3.0;                 // logarithm, over the length of the hand
 constexpr int kPatience = 2;  // pictures without the hand before it is sought elsewhere
 
 /// Postures that a digit may have jumped to, since the search does not find the way there when the
@@ -139,6 +144,8 @@ HandPose HandTracker::moved(const HandPose& from, std::span<const double> x) con
     to.wrist_rad[j] = std::clamp(from.wrist_rad[j] + s[kAtWrist + j] * x[kAtWrist + j],
                                  -radians(70), radians(70));
   }
+  for (std::size_t j = 0; j < 3; ++j) to.arm[j] += s[kAtArm + j] * x[kAtArm + j];
+  to.arm[2] = std::clamp(to.arm[2], kShortestArm, kLongestArm);
   return to;
 }
 
@@ -178,11 +185,20 @@ double HandTracker::cost(const HandPose& from, std::span<const double> x) {
     habit += off + 0.2 * square(off);
   }
   habit += square(pose.wrist_rad[0] / radians(40)) + square(pose.wrist_rad[1] / radians(25));
+  habit += square(pose.arm[0] / 0.1) + square(pose.arm[1] / 0.15);
   return -setup_.evidence_weight * evidence + 0.5 * (motion + beyond + setup_.habit_weight * habit);
 }
 
 void HandTracker::try_postures(HandPose& pose) {
   double least = cost(pose, zero_);
+  for (const double bare : {-2.2, -1.5, -1.0, -0.5, kLongestArm}) {
+    HandPose other = pose;
+    other.arm[2] = bare;
+    const double value = cost(other, zero_);
+    if (value >= least - kJump) continue;
+    least = value;
+    pose = other;
+  }
   for (std::size_t digit = 0; digit < 5; ++digit) {
     for (const auto& posture : digit == 0 ? kThumbPostures : kFingerPostures) {
       HandPose other = pose;

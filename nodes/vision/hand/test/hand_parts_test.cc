@@ -74,7 +74,7 @@ TEST(HandModel, MovesWithItsPose) {
   }
 }
 
-/// All capsules out of view but the first; the last one is the forearm.
+/// All capsules out of view but the first.
 HandCapsules one_capsule(const Eigen::Vector3f& a, const Eigen::Vector3f& b, float ra, float rb) {
   HandCapsules all;
   all.fill({{0, 0, -1}, {0, 0, -1}, 0.01f, 0.01f});
@@ -105,6 +105,20 @@ TEST(HandRaster, CoversTheAreaOfACapsule) {
     EXPECT_NEAR(m.ratio, 2.0 * area, 0.01 * area);
     EXPECT_EQ(m.forearm, 0.0f);
   }
+}
+
+TEST(HandRaster, TheForearmEndsStraightAtTheSleeveAndPaysForWhatIsNoSkin) {
+  Evidence evidence;
+  evidence.resize(160, 120);
+  std::fill(evidence.ratio.begin(), evidence.ratio.end(), -1.5f);
+  HandRaster raster(160, 120);
+  HandCapsules arm = one_capsule({0, 0, -1}, {0, 0, -1}, 0.01f, 0.01f);
+  arm[kHandCapsules - 2] = {{-0.15f, 0, 1}, {0.15f, 0, 1}, 0.06f, 0.06f};
+  arm[kHandCapsules - 1] = {{0.15f, 0, 1}, {0.15f, 0, 1}, 0.0f, 0.0f};
+  const double area = 30.5 * 12.0 + 0.5 * std::numbers::pi * 36.0;  // one end is round
+  const Match m = raster.match(arm, camera(), evidence, {});
+  EXPECT_NEAR(m.forearm, -1.5 * area, 0.03 * area);
+  EXPECT_EQ(m.area, 0.0f);
 }
 
 TEST(HandRaster, IsCutAtTheBordersAndForgetsTheLastHand) {

