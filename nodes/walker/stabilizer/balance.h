@@ -78,10 +78,11 @@ class ComAdmittance {
 /// component grows until the landing in t to
 ///   e_T = (e − d) exp(ω t) + d,
 /// along and across the heading, less the share of noise in e, without changing sign: where d
-/// exceeds e the soles suffice. A foot that lands e_T further removes the error if the whole pattern
-/// continues from there, so the pattern moves by the offset of the foot that has landed. The other
-/// foot keeps its place, as an offset from the moved pattern, until its next swing; the wished CoM
-/// follows the pattern slowly.
+/// exceeds e the soles suffice. A foot that lands e_T further removes the error if the whole
+/// pattern continues from there, so the pattern moves by the offset of the foot that has landed.
+/// The other foot keeps its place, as an offset from the moved pattern, until its next swing; the
+/// wished CoM follows the pattern slowly.
+///
 /// Protocol: step() returns how far to move the pattern; the plan of the next tick has moved.
 class StepAdjustment {
  public:
