@@ -50,7 +50,7 @@ YuyvImage yuyv_of(const image::Image& image) {
     const double b = 0.5 * (p[0] + p[3]), g = 0.5 * (p[1] + p[4]), r = 0.5 * (p[2] + p[5]);
     for (const double value : {luma(p), 128.0 + 0.4392 * b - 0.2910 * g - 0.1482 * r, luma(p + 3),
                                128.0 - 0.0714 * b - 0.3678 * g + 0.4392 * r}) {
-      out.bytes.push_back(static_cast<std::uint8_t>(value + 0.5));
+      out.bytes.push_back(static_cast<std::uint8_t>(std::lround(value)));
     }
   }
   return out;
