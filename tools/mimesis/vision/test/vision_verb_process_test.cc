@@ -92,7 +92,7 @@ TEST_F(Teach, WritesColoursThatAreReadAgain) {
   text << std::ifstream(file).rdbuf();
   good_ = text.str();
   EXPECT_EQ(complaint("mimesis-colors-2", "mimesis-colors-2"), "");
-  EXPECT_NE(complaint("colors-1", "colors-2")
+  EXPECT_NE(complaint("colors-2", "colors-1")
                 .find("edited.yaml:2:9: format: expected one of mimesis-colors-2"),
             std::string::npos);
   EXPECT_NE(complaint("name: \"bridge\"", "name: object").find("'object' is there twice"),
