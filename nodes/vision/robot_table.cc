@@ -13,6 +13,7 @@ using Eigen::Vector3d;
 
 constexpr double kStandsHigh = 0.01;  // [m] above the table
 constexpr double kStandsOn = 0.02;    // [m] from its foot to what carries it
+constexpr int kAlone = 45;            // pictures after which a lone goal is the only one
 
 double worst_sigma(const Thing& thing) {
   return std::sqrt(thing.covariance_m2.diagonal().maxCoeff());
@@ -72,10 +73,13 @@ std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableS
   const Thing* bridge = scene.bridge();
   const std::vector<Thing> goals = scene.goals();
   std::vector<Thing> objects = scene.of(Kind::object);
-  if (bridge == nullptr || objects.empty() || goals.size() < 2 ||
-      goals.front().solid.top() - goals.back().solid.top() < kSameHeight_m) {
-    return std::nullopt;
-  }
+  if (bridge == nullptr || objects.empty() || goals.empty()) return std::nullopt;
+  const double gap = bridge->solid.bottom() - goals.front().solid.top();
+  const bool lone = goals.size() == 1, lone_high = gap < setup.small_gap_m;
+  const bool told_apart =
+      lone ? goals.front().pictures >= kAlone
+           : goals.front().solid.top() - goals.back().solid.top() >= kSameHeight_m;
+  if (!told_apart) return std::nullopt;
   // What stands on a goal was placed there already.
   const auto placed = [&goals](const Thing& object) {
     return std::ranges::any_of(goals, [&object](const Thing& goal) {
@@ -107,7 +111,8 @@ std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableS
                                     setup.doubt * worst_sigma(objects[i]), "another object"));
   }
   for (const Thing& goal : goals) {
-    const bool high = goal.id == goals.front().id, low = goal.id == goals.back().id;
+    const bool high = lone ? lone_high : goal.id == goals.front().id;
+    const bool low = !high && goal.id == goals.back().id;
     const std::string name = high ? "high" : low ? "low" : "other";
     const Vector3d center = to.point(goal.solid.center);
     table.boxes.push_back(to.column(center, goal.solid.half_width, goal.solid.top(),

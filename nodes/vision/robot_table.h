@@ -18,6 +18,7 @@ struct RobotTableSetup {
   double support_half_m = 0.03;  ///< half the width of what an object stands on if it stands high
   double goal_radius_m = 0.02;   ///< an object this near to a goal's centre is placed
   double spacing_m = 0.0375;     ///< of the bridge's safety balls
+  double small_gap_m = 0.125;    ///< a lone goal that is nearer to the bar's height is a high one
   /// Obstacles are larger by so many standard deviations of their places [1].
   double doubt = 1.0;
 
@@ -30,6 +31,7 @@ struct RobotTableSetup {
     v("support_half_m", support_half_m, 1e-3, 1.0);
     v("goal_radius_m", goal_radius_m, 1e-3, 1.0);
     v("spacing_m", spacing_m, 1e-3, 1.0);
+    v("small_gap_m", small_gap_m, 0.0, 1.0);
     v("doubt", doubt, 0.0, 10.0);
   }
 };
@@ -44,8 +46,9 @@ struct SeenTable {
 /// Turns what two cameras measured in frame T into obstacles, goals and the object in W: a bar on
 /// two posts; under each goal a stand down to the table; under an object that stands high a plinth.
 /// The object is the one known longest of those that stand on no goal, others are obstacles. Of
-/// several goals the highest is high, the lowest low.
-/// @returns nothing while there is no object, no bridge, or not two goals of different height.
+/// several goals the highest is high, the lowest low; one that stays alone, since the other is
+/// covered, is told by its gap to the bar.
+/// @returns nothing while there is no object, no bridge or no goal, or goals are of one height.
 std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup);
 
 }  // namespace mimesis::vision

@@ -12,8 +12,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::array<Kind, 4> kThings{Kind::object, Kind::bridge, Kind::goal_high, Kind::goal_low};
-constexpr double kAlike = 0.04;  // areas that differ by less show the same part of a thing
-constexpr double kHere = 0.03;   // [m] from one picture to the next
+constexpr double kAlikeAreas = 0.04;  // areas that differ by less show the same part of a thing
+constexpr double kHere = 0.03;        // [m] from one picture to the next
 
 /// Regions that may be one thing, and how badly they fit.
 struct Candidate {
@@ -229,8 +229,8 @@ void StereoScene::measure(Track& track) {
   std::array<Outline, 2> mean{};
   int whole = 0;
   for (const Pair& p : track.memory) {
-    const bool all = std::abs(p.seen[0].area / areas[0] - 1.0) < kAlike &&
-                     std::abs(p.seen[1].area / areas[1] - 1.0) < kAlike;
+    const bool all = std::abs(p.seen[0].area / areas[0] - 1.0) < kAlikeAreas &&
+                     std::abs(p.seen[1].area / areas[1] - 1.0) < kAlikeAreas;
     if (!all) continue;
     ++whole;
     for (std::size_t side = 0; side < 2; ++side) {

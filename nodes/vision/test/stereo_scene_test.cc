@@ -179,7 +179,7 @@ TEST(StereoScene, HalfHiddenThingsStayWhereTheyAre) {
 }
 
 /// Things with their kinds, shown often enough to be known.
-StereoScene shown(const std::vector<std::pair<Kind, Solid>>& things) {
+StereoScene shown(const std::vector<std::pair<Kind, Solid>>& things, int more = 0) {
   const auto cameras = pair();
   SceneLimits limits;
   limits.goal_form = "block";
@@ -194,6 +194,7 @@ StereoScene shown(const std::vector<std::pair<Kind, Solid>>& things) {
     scene.update(left, right);
   }
   EXPECT_TRUE(scene.settled());
+  for (int i = 0; i < more; ++i) scene.update(left, right);
   return scene;
 }
 
@@ -270,6 +271,17 @@ TEST(RobotTable, KnowsNothingWithoutObjectBridgeAndTwoHeights) {
     auto some = all;
     some.erase(some.begin() + static_cast<std::ptrdiff_t>(left_out));
     EXPECT_FALSE(robot_table(shown(some), RobotTableSetup{})) << left_out;
+  }
+}
+
+TEST(RobotTable, AGoalThatStaysAloneIsToldByItsGapToTheBar) {
+  for (const auto& [solid, name] : {std::pair(kSeenHigh, "high"), std::pair(kSeenLow, "low")}) {
+    const auto found = robot_table(
+        shown({{Kind::object, kSeenObject}, {Kind::bridge, kSeenBar}, {Kind::goal_low, solid}}, 40),
+        RobotTableSetup{});
+    ASSERT_TRUE(found) << name;
+    ASSERT_EQ(found->table.goals.size(), 1u);
+    EXPECT_EQ(found->table.goals[0].name, name);
   }
 }
 
