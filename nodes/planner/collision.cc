@@ -136,7 +136,7 @@ std::string in_words(const kin::Box& box) {
 
 CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
                                    double margin_m)
-    : arm_(arm), obstacles_(obstacles), margin_(margin_m), batch_(arm, obstacles, margin_m) {}
+    : arm_(arm), obstacles_(obstacles), batch_(arm, obstacles, margin_m) {}
 
 bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
   for (Eigen::Index j = 0; j < q.size(); ++j)

@@ -59,7 +59,6 @@ class CollisionChecker {
 
   kin::ArmModel arm_;
   Obstacles obstacles_;
-  double margin_;
   BatchChecker batch_;
   BatchChecker::Postures lanes_{};
   std::vector<std::array<float, 2>> line_parts_;  // scratch
