@@ -13,7 +13,6 @@ using Eigen::Vector3d;
 
 constexpr double kStandsHigh = 0.01;  // [m] above the table
 constexpr double kStandsOn = 0.02;    // [m] from its foot to what carries it
-constexpr int kAlone = 45;            // pictures after which a lone goal is the only one
 
 double worst_sigma(const Thing& thing) {
   return std::sqrt(thing.covariance_m2.diagonal().maxCoeff());
@@ -69,7 +68,8 @@ class Converter {
 
 }  // namespace
 
-std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup) {
+std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
+                                     bool stays_alone) {
   const Thing* bridge = scene.bridge();
   const std::vector<Thing> goals = scene.goals();
   std::vector<Thing> objects = scene.of(Kind::object);
@@ -77,8 +77,7 @@ std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableS
   const double gap = bridge->solid.bottom() - goals.front().solid.top();
   const bool lone = goals.size() == 1, lone_high = gap < setup.small_gap_m;
   const bool told_apart =
-      lone ? goals.front().pictures >= kAlone
-           : goals.front().solid.top() - goals.back().solid.top() >= kSameHeight_m;
+      lone ? stays_alone : goals.front().solid.top() - goals.back().solid.top() >= kSameHeight_m;
   if (!told_apart) return std::nullopt;
   // What stands on a goal was placed there already.
   const auto placed = [&goals](const Thing& object) {

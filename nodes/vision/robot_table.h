@@ -19,6 +19,7 @@ struct RobotTableSetup {
   double goal_radius_m = 0.02;   ///< an object this near to a goal's centre is placed
   double spacing_m = 0.0375;     ///< of the bridge's safety balls
   double small_gap_m = 0.125;    ///< a lone goal that is nearer to the bar's height is a high one
+  double lone_s = 8.0;           ///< a goal that is the only one for so long stays alone
   /// Obstacles are larger by so many standard deviations of their places [1].
   double doubt = 1.0;
 
@@ -32,6 +33,7 @@ struct RobotTableSetup {
     v("goal_radius_m", goal_radius_m, 1e-3, 1.0);
     v("spacing_m", spacing_m, 1e-3, 1.0);
     v("small_gap_m", small_gap_m, 0.0, 1.0);
+    v("lone_s", lone_s, 0.0, 1000.0);
     v("doubt", doubt, 0.0, 10.0);
   }
 };
@@ -49,6 +51,8 @@ struct SeenTable {
 /// several goals the highest is high, the lowest low; one that stays alone, since the other is
 /// covered, is told by its gap to the bar.
 /// @returns nothing while there is no object, no bridge or no goal, or goals are of one height.
-std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup);
+/// @param stays_alone  a single goal has been the only one for `lone_s`
+std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
+                                     bool stays_alone = false);
 
 }  // namespace mimesis::vision

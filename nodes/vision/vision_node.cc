@@ -414,9 +414,11 @@ void VisionNode::publish(runtime::Time stamp) {
   const StereoScene* stereo = watcher_->stereo();
   if (stereo == nullptr) return;
   for (const std::string& change : stereo->changes()) runtime::info("{}", change);
+  if (stereo->goals().size() != 1) alone_since_ = stamp;
   // The same table as long as nothing changes: whoever plans by it would plan anew.
   if (!stereo->settled() || (table_ && stereo->version() == table_version_)) return;
-  const auto seen = robot_table(*stereo, table_setup_);
+  const bool stays_alone = runtime::to_seconds(stamp - alone_since_) >= table_setup_.lone_s;
+  const auto seen = robot_table(*stereo, table_setup_, stays_alone);
   if (!seen) return;
   table_ = table_message(*seen);
   table_version_ = stereo->version();

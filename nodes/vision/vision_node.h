@@ -59,6 +59,7 @@ class VisionNode {
 
   WatcherSetup setup_;
   RobotTableSetup table_setup_;
+  runtime::Time alone_since_{};  ///< since then there is a single goal
   runtime::Time pair_, wait_, blind_;
   std::optional<TableWatcher> watcher_;
   std::optional<v1::ColorLesson> lesson_;  ///< to be learned from the next image

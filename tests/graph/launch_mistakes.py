@@ -30,7 +30,7 @@ FIRST = [
             "    in: {observation: vision/observation, test_plan: rehearsal/status}",
             "input 'task' is left out", "planner/status"),
     Mistake("message of another type", IMITATION, "in: {image: camera/image,", "in: {image: «camera/truth,",
-            "expected foxglove.RawImage", "camera/image"),
+            "expected foxglove.RawImage", "camera/right"),
     Mistake("topic of result", IMITATION, "placed: world/outcome.placed", "placed: «world/outcme.placed",
             "no node publishes 'world/outcme'", "world/outcome"),
     Mistake("field of result", IMITATION, "placed: world/outcome.placed", "placed: «world/outcome.plced",

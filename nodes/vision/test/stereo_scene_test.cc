@@ -179,7 +179,7 @@ TEST(StereoScene, HalfHiddenThingsStayWhereTheyAre) {
 }
 
 /// Things with their kinds, shown often enough to be known.
-StereoScene shown(const std::vector<std::pair<Kind, Solid>>& things, int more = 0) {
+StereoScene shown(const std::vector<std::pair<Kind, Solid>>& things) {
   const auto cameras = pair();
   SceneLimits limits;
   limits.goal_form = "block";
@@ -194,7 +194,6 @@ StereoScene shown(const std::vector<std::pair<Kind, Solid>>& things, int more = 
     scene.update(left, right);
   }
   EXPECT_TRUE(scene.settled());
-  for (int i = 0; i < more; ++i) scene.update(left, right);
   return scene;
 }
 
@@ -277,8 +276,8 @@ TEST(RobotTable, KnowsNothingWithoutObjectBridgeAndTwoHeights) {
 TEST(RobotTable, AGoalThatStaysAloneIsToldByItsGapToTheBar) {
   for (const auto& [solid, name] : {std::pair(kSeenHigh, "high"), std::pair(kSeenLow, "low")}) {
     const auto found = robot_table(
-        shown({{Kind::object, kSeenObject}, {Kind::bridge, kSeenBar}, {Kind::goal_low, solid}}, 40),
-        RobotTableSetup{});
+        shown({{Kind::object, kSeenObject}, {Kind::bridge, kSeenBar}, {Kind::goal_low, solid}}),
+        RobotTableSetup{}, true);
     ASSERT_TRUE(found) << name;
     ASSERT_EQ(found->table.goals.size(), 1u);
     EXPECT_EQ(found->table.goals[0].name, name);
