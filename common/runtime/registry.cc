@@ -55,8 +55,8 @@ std::string user_name() {
   return std::to_string(geteuid()) + (nested ? "-" + std::to_string(st.st_ino) : "");
 }
 
-/// For users without a folder of their own. In memory if it can be: on a disk, the entries and
-/// sockets of ten nodes take as long as all else of their start.
+/// For users without a folder of their own. In memory if it can be: entries and sockets on a disk
+/// that is busy take as long as all else of a start.
 std::filesystem::path shared_folder() {
   const bool memory = std::getenv("TMPDIR") == nullptr && access("/dev/shm", W_OK | X_OK) == 0;
   return memory ? "/dev/shm" : std::filesystem::temp_directory_path();
