@@ -118,6 +118,7 @@ void LiveGraph::announce() {
     }
     for (const v1::ServiceInfo& s : node.services()) {
       connections.services[s.service()].insert(node.name());
+      const std::lock_guard lock(mutex_);
       const auto id = services_.try_emplace(s.service(), services_.size() + 1).first->second;
       services.push_back(
           {id, s.service(), half(node, s.request_type()), half(node, s.response_type())});
@@ -187,21 +188,20 @@ void LiveGraph::answer(std::uint64_t client, const SetParameters& set) {
 }
 
 void LiveGraph::answer(std::uint64_t client, const CallService& call) {
-  const auto nodes = runtime::GraphView(graph_).nodes();
-  for (const v1::NodeInfo& node : nodes) {
-    for (const v1::ServiceInfo& s : node.services()) {
-      const auto id = services_.find(s.service());
-      if (id == services_.end() || id->second != call.service) continue;
-      const auto answer = tool::call_service(nodes, s.service(), call.payload, kAnswer);
-      if (answer) {
-        server_.answer_binary(client, service_answer(call.service, call.call, *answer));
-      } else {
-        server_.answer(client, service_failure(call.service, call.call, answer.error().reason));
-      }
-      return;
+  std::string name;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [service, id] : services_) {
+      if (id == call.service) name = service;
     }
   }
-  server_.answer(client, service_failure(call.service, call.call, "there is no such service now"));
+  const auto answer =
+      tool::call_service(runtime::GraphView(graph_).nodes(), name, call.payload, kAnswer);
+  if (answer) {
+    server_.answer_binary(client, service_answer(call.service, call.call, *answer));
+  } else {
+    server_.answer(client, service_failure(call.service, call.call, answer.error().reason));
+  }
 }
 
 }  // namespace mimesis::view

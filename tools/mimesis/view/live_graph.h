@@ -1,5 +1,6 @@
 #pragma once
 #include <atomic>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -37,7 +38,8 @@ class LiveGraph {
   runtime::Tap tap_;
   std::vector<v1::NodeInfo> infos_;
   std::map<std::pair<std::string, std::uint64_t>, Channel> channels_;  ///< by topic and type hash
-  std::map<std::string, std::uint32_t> services_;                      ///< by name
+  std::mutex mutex_;                               ///< of services_, which the clerk reads
+  std::map<std::string, std::uint32_t> services_;  ///< by name
   std::uint32_t next_id_ = 1;
   std::set<std::uint32_t> wanted_;
   std::chrono::steady_clock::time_point next_look_{};

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/strand.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -40,6 +40,7 @@ constexpr std::size_t kMostClients = 64, kLargestRequest = 1 << 20, kMostControl
 constexpr std::size_t kMostMessages = 8192;  // that wait for a client
 constexpr std::size_t kMostAsked = 1024;     // requests that wait for the owner
 constexpr std::chrono::seconds kHttpPatience{10};
+constexpr std::chrono::milliseconds kPause{100};  // before a connection is accepted again
 
 std::string media_type(const std::filesystem::path& file) {
   static const std::map<std::string, std::string, std::less<>> kTypes{
@@ -175,6 +176,7 @@ struct Server::Impl {
 
   net::io_context io{1};  // after what clients use: they end with it
   tcp::acceptor acceptor;
+  net::steady_timer pause{io};
   std::thread thread;
 };
 
@@ -484,8 +486,10 @@ void Server::Impl::accept() {
       beast::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       std::make_shared<Visit>(*this, std::move(socket))->start();
+      return accept();
     }
-    accept();
+    pause.expires_after(kPause);  // no descriptors are left, for instance
+    pause.async_wait([this](beast::error_code) { accept(); });
   });
 }
 
