@@ -92,11 +92,11 @@ int run(Options& options) {
     make_film(options.film, server);
     return 0;
   }
+  const tool::StopSignals stop;
   Server serving(server);
   std::cout << serving.url() << std::endl;
   std::cerr << fmt::format("graph '{}'; Foxglove and Lichtblick: ws://{}:{}; Ctrl-C ends\n", graph,
                            server.address, serving.port());
-  const tool::StopSignals stop;
   LiveGraph live(serving, graph);
   bool waits = player && !options.paused;  // until somebody looks
   while (!stop.requested()) {

@@ -99,12 +99,12 @@ class Running(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        cls.view.send_signal(signal.SIGINT)
-        out, errors = cls.view.communicate(timeout=PATIENCE_S)
-        assert cls.view.returncode == 0, errors
         cls.node.terminate()
         cls.node.wait()
+        cls.view.send_signal(signal.SIGINT)
+        out, errors = cls.view.communicate(timeout=PATIENCE_S)
         cls.folder.cleanup()
+        assert cls.view.returncode == 0, errors
 
     def trusted(self):
         return Client(self.port, "/?key=secret")
@@ -219,13 +219,13 @@ class View(Running):
         self.assertEqual(second.stderr, f"cannot listen on 127.0.0.1:{self.port}: Address already in use\n")
 
 
+@unittest.skipUnless("MIMESIS_SOAK_S" in os.environ, "MIMESIS_SOAK_S is not set")
 class Soak(Running):
     """Clients come and go, some without a word: MIMESIS_SOAK_S seconds."""
 
     def memory_kb(self):
         return int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{self.view.pid}/status").read_text())[1])
 
-    @unittest.skipUnless("MIMESIS_SOAK_S" in os.environ, "MIMESIS_SOAK_S is not set")
     def test_memory_stays_with_clients_that_come_and_go(self):
         seconds, clients, sizes = float(os.environ["MIMESIS_SOAK_S"]), [], []
         end, next_look = time.monotonic() + seconds, 0.0
