@@ -93,10 +93,12 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       batch_(bus, "characters"),
       status_(bus, "status"),
       reached_(bus, "reached"),
+      figures_(bus, "figures", {.latched = true}),
       ports_end_(bus),
       drawer_(learn_drawer(params, bus)),
       robot_drawer_(learn_robot_drawer(params, bus)),
       director_(make_director(params, drawer_.get(), robot_drawer_.get())),
+      drawing_(FigureDrawing::of(*director_)),
       commanded_(static_cast<std::size_t>(params.characters), Time{}),
       told_(static_cast<std::size_t>(params.characters)) {
   const auto angles = director_->angles(0);
@@ -141,6 +143,7 @@ void SynthesizerNode::step(Time now) {
   publish_rows(now);
   publish_motion(now);
   publish_status(now);
+  publish_figures(now);
 }
 
 /// Why not; empty if it is pursued from now on.
@@ -347,6 +350,14 @@ void SynthesizerNode::publish_status(Time now) {
     if (is.reached && !told.reached) reached_.send(status, now);
     told = {is.kind, is.reached, std::move(is.reason), actions, now + std::chrono::seconds(1)};
   }
+}
+
+void SynthesizerNode::publish_figures(Time now) {
+  if (!drawing_ || params_.figures_hz <= 0.0 || now < drawing_due_) return;
+  if (drawing_due_ == Time{}) drawing_due_ = now;
+  drawing_due_ += runtime::from_seconds(1.0 / params_.figures_hz);
+  foxglove::SceneUpdate update = drawing_->draw(*director_, now);
+  figures_.send(update, now);
 }
 
 /// The sender gets the reason, even for a character that does not exist.

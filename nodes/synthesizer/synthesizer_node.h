@@ -5,6 +5,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/synthesizer/director.h"
+#include "nodes/synthesizer/figure_drawing_node.h"
 #include "nodes/synthesizer/synthesizer_params_node.h"
 #include "proto/motion.pb.h"
 #include "proto/walker.pb.h"
@@ -46,6 +47,7 @@ class SynthesizerNode {
   void publish_rows(runtime::Time now);
   void publish_motion(runtime::Time now);
   void publish_status(runtime::Time now);
+  void publish_figures(runtime::Time now);
   void refuse(std::uint32_t character, const std::string& why, runtime::Time now);
 
   Params params_;
@@ -62,10 +64,13 @@ class SynthesizerNode {
   runtime::Out<v1::MotionBatch> batch_;
   runtime::Out<v1::MotionStatus> status_;
   runtime::Out<v1::MotionStatus> reached_;
+  runtime::Out<foxglove::SceneUpdate> figures_;
   runtime::PortsEnd ports_end_;
   std::unique_ptr<const ActionMaps> drawer_;
   std::unique_ptr<const BipedDrawer> robot_drawer_;
   std::unique_ptr<Director> director_;
+  std::optional<FigureDrawing> drawing_;
+  runtime::Time drawing_due_{};
   std::optional<RobotFeedback> feedback_;
   DrawerSenses senses_;  // of a drawer, in this step
   bool rows_sent_ = false, beat_heard_ = false;

@@ -48,6 +48,7 @@ struct SynthesizerParams {
   CharactersSettings character;  ///< its walk.dt_s follows from rate_hz
   RobotParams robot;
   double beat_stale_s = 5.0;  ///< a beat has ended after this time without a message [s]
+  double figures_hz = 25.0;   ///< rate of the picture for viewers; 0: none [Hz]
   double gait_stale_s = 0.5;  ///< a crowd command is released after this time without a new one [s]
 
   void visit(runtime::ParamVisitor& v) {
@@ -98,6 +99,7 @@ struct SynthesizerParams {
     v("crowd_alpha_1_s", character.crowd_alpha_1_s, 0.0, 100.0);
     v("beat_stale_s", beat_stale_s, 0.05, 600.0);
     v("gait_stale_s", gait_stale_s, 0.05, 60.0);
+    v("figures_hz", figures_hz, 0.0, 100.0);
     v("foot_lock", character.foot_lock);
   }
   /// see run_node

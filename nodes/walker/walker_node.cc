@@ -67,7 +67,8 @@ WalkerNode::WalkerNode(const Params& params, runtime::Bus& bus)
       feedback_(bus, "feedback"),
       balance_(bus, "balance"),
       status_(bus, "status"),
-      transforms_(bus, "transforms") {
+      transforms_(bus, "transforms"),
+      plan_(bus, "plan", {.latched = true}) {
   sensors_.q = sensors_.dq = Eigen::VectorXd::Zero(q_.size());
   kinematics_.update(Eigen::Translation3d(place_.p_W_m.x(), place_.p_W_m.y(), 0.0) *
                          Eigen::AngleAxisd(place_.yaw_rad, Eigen::Vector3d::UnitZ()) *
@@ -275,6 +276,10 @@ void WalkerNode::publish(runtime::Time now) {
   if (steps_ % kTransformsEvery == 0) {
     to_proto(kinematics_, now, transforms_message_);
     transforms_.send(transforms_message_, now);
+    auto plan =
+        draw_plan(feedback_message_,
+                  conduct_.phase() == Phase::balancing ? &balance_message_ : nullptr, biped_, now);
+    plan_.send(plan, now);
   }
   publish_status(now);
 }

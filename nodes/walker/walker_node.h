@@ -5,6 +5,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/walker/conduct.h"
+#include "nodes/walker/walk_drawing_node.h"
 #include "nodes/walker/walker_messages_node.h"
 #include "nodes/walker/walker_params_node.h"
 
@@ -92,6 +93,7 @@ class WalkerNode {
   runtime::Out<v1::WalkBalance> balance_;
   runtime::Out<v1::WalkerStatus> status_;
   runtime::Out<foxglove::FrameTransforms> transforms_;
+  runtime::Out<foxglove::SceneUpdate> plan_;
 };
 
 }  // namespace mimesis::walker

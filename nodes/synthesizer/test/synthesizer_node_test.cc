@@ -413,5 +413,38 @@ TEST(SynthesizerNode, RefusesToStart) {
             "synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
 }
 
+TEST(SynthesizerNode, DrawsItsFigureWhereItWalks) {
+  Rig rig;
+  rig.go(3.0, 1.0);
+  rig.run(3s);
+  std::optional<foxglove::SceneUpdate> last;
+  int pictures = 0;
+  while (auto picture = rig.bus.take<foxglove::SceneUpdate>("figures")) last = picture, ++pictures;
+  EXPECT_EQ(pictures, 75) << "25 a second";
+  ASSERT_TRUE(last && last->entities_size() == 1);
+  const foxglove::SceneEntity& figure = last->entities(0);
+  ASSERT_EQ(figure.spheres_size(), 1) << "the head";
+  double lowest_m = 1.0;
+  for (const foxglove::CylinderPrimitive& bone : figure.cylinders()) {
+    const foxglove::Quaternion& q = bone.pose().orientation();
+    const double upright = 1.0 - 2.0 * (q.x() * q.x() + q.y() * q.y());  // z of its axis
+    lowest_m =
+        std::min(lowest_m, bone.pose().position().z() - 0.5 * bone.size().z() * std::abs(upright));
+  }
+  EXPECT_NEAR(lowest_m, 0.0, 0.005) << "the standing foot is on the ground";
+  const foxglove::Vector3 head = figure.spheres(0).pose().position();
+  EXPECT_NEAR(head.z(), 1.6, 0.15);
+  EXPECT_NEAR(head.x(), rig.motion.position_pelvis_in_world_m().x_m(), 0.25);
+  EXPECT_NEAR(head.y(), rig.motion.position_pelvis_in_world_m().y_m(), 0.25);
+  EXPECT_GT(head.x(), 0.5) << "it has walked";
+
+  SynthesizerParams many = params(50);
+  Rig crowd(many);
+  crowd.run(100ms);
+  const auto all = crowd.bus.take<foxglove::SceneUpdate>("figures");
+  ASSERT_TRUE(all && all->entities_size() == 1 && all->entities(0).lines_size() == 1);
+  EXPECT_EQ(all->entities(0).lines(0).points_size(), 50 * 2 * 20) << "twenty bones each";
+}
+
 }  // namespace
 }  // namespace mimesis::synthesizer

@@ -105,6 +105,38 @@ TEST(WalkerNode, TellsFramesOfItsLinksTwentyFiveTimesASecond) {
   EXPECT_NEAR(pelvis.translation().z(), rig.feedback.position_pelvis_in_world_m().z_m(), 1e-4);
 }
 
+TEST(WalkerNode, DrawsWhereItsFeetAreAndTheNextOneLands) {
+  const auto drawn = [](Rig& rig) {
+    std::optional<foxglove::SceneUpdate> last;
+    while (auto next = rig.bus.take<foxglove::SceneUpdate>("plan")) last = std::move(next);
+    return last.value().entities(0);
+  };
+  Rig rig;
+  rig.ready();
+  const foxglove::SceneEntity stands = drawn(rig);
+  ASSERT_EQ(stands.cubes_size(), 2) << "two soles, and no step";
+  for (const robot::Side side : robot::kSides) {
+    const foxglove::CubePrimitive& sole = stands.cubes(side);
+    const auto& leg = biped().leg[side];
+    EXPECT_NEAR(sole.size().x(), leg.max_S_m.x() - leg.min_S_m.x(), 1e-12);
+    EXPECT_NEAR(sole.pose().position().y(),
+                rig.feedback.feet(side).position_in_world_m().y_m() +
+                    0.5 * (leg.max_S_m.y() + leg.min_S_m.y()),
+                1e-6);
+  }
+  rig.walk(0.2);
+  rig.run(2s);
+  const foxglove::SceneEntity walks = drawn(rig);
+  ASSERT_EQ(walks.cubes_size(), 3);
+  const robot::Side swing =
+      rig.feedback.landing().foot() == v1::FOOT_LEFT ? robot::kLeft : robot::kRight;
+  EXPECT_GT(walks.cubes(2).pose().position().x(), walks.cubes(1 - swing).pose().position().x())
+      << "the swing foot lands before the standing one";
+  ASSERT_EQ(walks.spheres_size(), 4);
+  EXPECT_NEAR(walks.spheres(0).pose().position().z(), biped().com_height_m, 0.05);
+  for (int i = 1; i < 4; ++i) EXPECT_NEAR(walks.spheres(i).pose().position().z(), 0.0, 0.01);
+}
+
 TEST(WalkerNode, WalksAsAMotionWishesAndStopsWhenItEnds) {
   Rig rig;
   rig.ready();

@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "tools/mimesis/view/gathered_stream.h"
 
 namespace mimesis::view {
 
@@ -36,9 +37,8 @@ using Payload = std::shared_ptr<const std::string>;
 using HttpRequest = http::request<http::string_body>;
 using HttpResponse = http::response<http::string_body>;
 
-constexpr std::size_t kMostClients = 64, kLargestRequest = 1 << 20, kMostControl = 4096;
-constexpr std::size_t kMostMessages = 8192;  // that wait for a client
-constexpr std::size_t kMostAsked = 1024;     // requests that wait for the owner
+constexpr std::size_t kMostClients = 64, kMostControl = 4096;
+constexpr std::size_t kMostAsked = 1024;  // requests that wait for the owner
 constexpr std::chrono::seconds kHttpPatience{10};
 constexpr std::chrono::milliseconds kPause{100};  // before a connection is accepted again
 
@@ -184,7 +184,10 @@ struct Server::Impl {
 class Server::Impl::Client : public std::enable_shared_from_this<Client> {
  public:
   Client(Impl& server, beast::tcp_stream stream, bool trusted)
-      : server_(server), socket_(std::move(stream)), trusted_(trusted), id_(server.next_client++) {
+      : server_(server),
+        socket_(GatheredStream(std::move(stream))),
+        trusted_(trusted),
+        id_(server.next_client++) {
     ++server_.open;
   }
   ~Client() {
@@ -199,7 +202,7 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
       response.set(http::field::sec_websocket_protocol,
                    beast::string_view(subprotocol.data(), subprotocol.size()));
     }));
-    socket_.read_message_max(kLargestRequest);
+    socket_.read_message_max(server_.options.largest_request);
     socket_.auto_fragment(false);
     socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (!error) self->greet();
@@ -217,8 +220,8 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
     data_.push_back({channel, message_header(it->second, ns), payload});
     bytes_ += payload->size();
     bytes_of_[channel] += payload->size();
-    while (data_.size() > 1 &&
-           (bytes_ > server_.options.backlog_bytes || data_.size() > kMostMessages))
+    while (data_.size() > 1 && (bytes_ > server_.options.backlog_bytes ||
+                                data_.size() > server_.options.backlog_messages))
       leave_out();
     write();
   }
@@ -351,6 +354,7 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
       now_control_ = std::move(control_.front());
       control_.pop_front();
       writing_ = true;
+      socket_.next_layer().expect_more(!control_.empty() || !data_.empty());
       socket_.binary(now_control_.binary);
       socket_.async_write(net::buffer(now_control_.bytes), done);
     } else if (!data_.empty()) {
@@ -359,6 +363,7 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
       taken(now_);
       ++server_.sent;
       writing_ = true;
+      socket_.next_layer().expect_more(!data_.empty());
       socket_.binary(true);
       socket_.async_write(
           std::array<net::const_buffer, 2>{net::buffer(now_.header), net::buffer(*now_.payload)},
@@ -367,7 +372,7 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
   }
 
   Impl& server_;
-  websocket::stream<beast::tcp_stream> socket_;
+  websocket::stream<GatheredStream> socket_;
   const bool trusted_;
   const std::uint64_t id_;
   beast::flat_buffer in_;

@@ -15,13 +15,14 @@
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/verb.h"
+#include "tools/mimesis/view/film.h"
 #include "tools/mimesis/view/live_graph.h"
 
 namespace mimesis::view {
 namespace {
 
 struct Options : tool::GraphOptions {
-  std::vector<std::string> logs;
+  FilmOptions film;
   ServerOptions server;
   double rate = 1.0;
   bool paused = false;
@@ -40,7 +41,7 @@ class Player {
         {launch::find_executable("mimesis"), "log", "play", "--stay", "--all-topics", "--no-keys",
          "--paused", "--rate", fmt::format("{}", options.rate)},
         {{"MIMESIS_GRAPH", graph_}}};
-    command.argv.insert(command.argv.end(), options.logs.begin(), options.logs.end());
+    command.argv.insert(command.argv.end(), options.film.logs.begin(), options.film.logs.end());
     process_.emplace(command);
   }
   ~Player() {
@@ -70,23 +71,32 @@ class Player {
 };
 
 int run(Options& options) {
-  std::optional<Player> player;
-  if (!options.logs.empty()) player.emplace(options);
-  const std::string graph = player ? player->graph() : tool::chosen_graph(options);
   ServerOptions& server = options.server;
-  server.name = "mimesis " + (player ? options.logs.front() : graph);
-  server.metadata = {{"graph", graph}, {"log", player ? options.logs.front() : ""}};
+  const bool films = !options.film.film.empty() || !options.film.png.empty();
+  if (films) server.port = 0;
+  std::optional<Player> player;
+  if (!options.film.logs.empty() && !films) player.emplace(options);
+  const std::string graph = films ? "" : player ? player->graph() : tool::chosen_graph(options);
+  server.name = "mimesis " + (options.film.logs.empty() ? graph : options.film.logs.front());
+  server.metadata = {{"graph", graph},
+                     {"log", options.film.logs.empty() ? "" : options.film.logs.front()}};
   try {
     server.page =
         std::filesystem::path(runtime::find_project_file("page", "index.html")).parent_path();
   } catch (const ConfigError&) {  // not built: the server says so to whoever asks for it
   }
   if (server.key.empty()) server.key = new_key();
+  if (films) {
+    if (server.page.empty()) throw ConfigError("a film needs the page, which is not there");
+    options.film.speed = options.rate;
+    make_film(options.film, server);
+    return 0;
+  }
+  const tool::StopSignals stop;
   Server serving(server);
   std::cout << serving.url() << std::endl;
   std::cerr << fmt::format("graph '{}'; Foxglove and Lichtblick: ws://{}:{}; Ctrl-C ends\n", graph,
                            server.address, serving.port());
-  const tool::StopSignals stop;
   LiveGraph live(serving, graph);
   bool waits = player && !options.paused;  // until somebody looks
   while (!stop.requested()) {
@@ -107,7 +117,8 @@ namespace mimesis::tool {
 void add_view(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("view");
   auto o = std::make_shared<view::Options>();
-  verb->add_option("log", o->logs, "Logs to show instead of a running graph (MCAP; parts of one)")
+  verb->add_option("log", o->film.logs,
+                   "Logs to show instead of a running graph (MCAP; parts of one)")
       ->check(CLI::ExistingFile);
   verb->add_option("--graph", o->graph,
                    "Name of the graph (default: MIMESIS_GRAPH, or the only one that runs)");
@@ -117,17 +128,39 @@ void add_view(CLI::App& program, int& exit_code) {
   verb->add_option("--origin", o->server.origins,
                    "A page of elsewhere that may look, as https://app.foxglove.dev (repeatable)")
       ->take_all();
-  verb->add_option("--rate", o->rate, "Of a log: recorded seconds per second")
+  verb->add_option("--rate", o->rate, "Of a log and a film: recorded seconds per second")
       ->check(CLI::Range(0.001, 1000.0))
       ->capture_default_str();
   verb->add_flag("--paused", o->paused, "Of a log: begin at rest");
+  view::FilmOptions& f = o->film;
+  auto* film = verb->add_option("--film", f.film, "Write a film of a log's scene: mp4, webm, gif");
+  auto* png = verb->add_option("--png", f.png, "Write a picture of a log's scene");
+  film->excludes(png)->needs("log");
+  png->needs("log");
+  verb->add_option("--from", f.from_s, "Where the film begins, or the picture is [s of the log]")
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--to", f.to_s, "Where the film ends [s of the log] (default: at its end)")
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--fps", f.rate_hz, "Pictures a second of the film")
+      ->check(CLI::Range(1.0, 120.0))
+      ->capture_default_str();
+  verb->add_option("--camera", f.camera,
+                   "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: all there is)");
+  verb->add_option("--width", f.width_px, "Of film and picture [px]")
+      ->check(CLI::Range(16, 7680))
+      ->capture_default_str();
+  verb->add_option("--height", f.height_px, "Of film and picture [px]")
+      ->check(CLI::Range(16, 4320))
+      ->capture_default_str();
+  verb->add_option("--browser", f.browser, "Program that draws films (default: chromium)");
   verb->footer(
       "Prints the address of the page. Who has its key may change parameters and call services;\n"
       "others on this computer may look, others elsewhere nothing. Listening on an address that\n"
       "other computers reach is not encrypted: ssh -L 8765:localhost:8765 HOST is.\n"
       "Examples:\n"
       "  mimesis view                        # the graph that runs\n"
-      "  mimesis view run.mcap --rate 0.5    # a log, with a time line");
+      "  mimesis view run.mcap --rate 0.5    # a log, with a time line\n"
+      "  mimesis view run.mcap --film run.mp4 --camera 1.5,-1.5,1,0.3,0,0.2");
   verb->callback([o, &exit_code] { exit_code = view::run(*o); });
 }
 

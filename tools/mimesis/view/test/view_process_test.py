@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""`mimesis view` as strangers and viewers meet it: view_process_test.py BIN_DIR COUNTER"""
+"""`mimesis view` as strangers and viewers meet it: view_process_test.py BIN_DIR COUNTER LOGS"""
 import base64
 import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import socket
 import struct
@@ -14,7 +15,7 @@ import tempfile
 import time
 import unittest
 
-BIN, COUNTER = sys.argv[1:3]
+BIN, COUNTER, LOGS = sys.argv[1:4]
 PATIENCE_S = 20.0
 TEXT, BINARY, CLOSE = 1, 2, 8
 
@@ -85,7 +86,7 @@ def message(m):
     return isinstance(m, bytes) and m[0] == 1 and (*struct.unpack("<IQ", m[1:13]), m[13:])
 
 
-class View(unittest.TestCase):
+class Running(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -98,16 +99,18 @@ class View(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        cls.view.send_signal(signal.SIGINT)
-        out, errors = cls.view.communicate(timeout=PATIENCE_S)
-        assert cls.view.returncode == 0, errors
         cls.node.terminate()
         cls.node.wait()
+        cls.view.send_signal(signal.SIGINT)
+        out, errors = cls.view.communicate(timeout=PATIENCE_S)
         cls.folder.cleanup()
+        assert cls.view.returncode == 0, errors
 
     def trusted(self):
         return Client(self.port, "/?key=secret")
 
+
+class View(Running):
     def test_its_address_is_printed_and_serves_a_page(self):
         self.assertEqual(self.url, f"http://127.0.0.1:{self.port}/?key=secret")
         with Client(self.port, "/?key=secret", Upgrade=None, Connection="close") as page:
@@ -216,6 +219,36 @@ class View(unittest.TestCase):
         self.assertEqual(second.stderr, f"cannot listen on 127.0.0.1:{self.port}: Address already in use\n")
 
 
+@unittest.skipUnless("MIMESIS_SOAK_S" in os.environ, "MIMESIS_SOAK_S is not set")
+class Soak(Running):
+    """Clients come and go, some without a word: MIMESIS_SOAK_S seconds."""
+
+    def memory_kb(self):
+        return int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{self.view.pid}/status").read_text())[1])
+
+    def test_memory_stays_with_clients_that_come_and_go(self):
+        seconds, clients, sizes = float(os.environ["MIMESIS_SOAK_S"]), [], []
+        end, next_look = time.monotonic() + seconds, 0.0
+        while (now := time.monotonic()) < end:
+            clients.append(self.trusted())
+            clients[-1].subscribe("n/out")
+            for client in clients[1:]:  # the first never reads
+                for _ in range(20):
+                    client.until(message)
+            if len(clients) == 5:
+                gone = clients.pop(1)
+                gone.socket.close() if len(sizes) % 2 else gone.say(b"", CLOSE)
+                gone.__exit__()
+            if now >= next_look:
+                sizes.append(self.memory_kb())
+                next_look = now + seconds / 40
+        for client in clients:
+            client.__exit__()
+        print("memory [MB]:", *[f"{kb / 1024:.1f}" for kb in sizes])
+        later = sizes[len(sizes) // 4:]
+        self.assertLess(max(later[len(later) // 2:]), 1.05 * max(later[:len(later) // 2]) + 1024)
+
+
 class ViewOfALog(unittest.TestCase):
     def test_a_log_is_played_and_nothing_is_left(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -236,6 +269,34 @@ class ViewOfALog(unittest.TestCase):
             view.stdout.close()
             self.assertEqual([p.name for p in pathlib.Path(folder, "mimesis").iterdir() if p.name.startswith("view-")], [])
 
+    def film(self, *arguments, log="world.mcap"):
+        return subprocess.run([f"{BIN}/mimesis", "view", f"{LOGS}/{log}", *arguments], capture_output=True, text=True, timeout=120.0)
+
+    def test_films_that_cannot_be_are_one_line(self):
+        for arguments, word in ((("--browser", "no-such-browser"), "no such program"), (("--from", "1e6"), "nothing at"), ((), "nothing in it is drawn")):
+            made = self.film("--png", "/nowhere/x.png", *arguments, log="world.mcap" if arguments else "sim_hand.mcap")
+            if "needs the page" in made.stderr or "needs a browser" in made.stderr:
+                self.skipTest(made.stderr.strip())
+            self.assertEqual(made.returncode, 2)
+            self.assertRegex(made.stderr, f"^[^\n]*{word}[^\n]*\n$")
+
+    def test_a_scene_becomes_a_picture_and_a_film(self):
+        with tempfile.TemporaryDirectory() as folder:
+            picture = self.film("--png", f"{folder}/x.png", "--from", "1", "--width", "320", "--height", "200")
+            if "needs the page" in picture.stderr or "needs a browser" in picture.stderr:
+                self.skipTest(picture.stderr.strip())
+            self.assertEqual(picture.returncode, 0, picture.stderr)
+            png = pathlib.Path(folder, "x.png").read_bytes()
+            self.assertEqual(struct.unpack(">4x4sII", png[8:24]), (b"IHDR", 320, 200))
+            self.assertGreater(len(png), 5000, "one colour is far smaller")
+            if not shutil.which("ffmpeg"):
+                self.skipTest("a film needs ffmpeg")
+            film = self.film("--film", f"{folder}/x.mp4", "--from", "0.5", "--to", "1.0", "--fps", "20", "--camera", "1.5,-1.5,1,0.3,0,0.2")
+            self.assertEqual(film.returncode, 0, film.stderr)
+            frames = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,width", "-of", "csv=p=0",
+                                     f"{folder}/x.mp4"], capture_output=True, text=True, check=True)
+            self.assertEqual(frames.stdout.strip(), "1280,11")
+
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:])

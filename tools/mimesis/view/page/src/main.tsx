@@ -2,11 +2,12 @@ import { render } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Connection } from "./connection";
 import { Fields, Images, Log, Nodes, Parameters, Player, Plots } from "./panels";
+import { film } from "./film";
 import { Scene } from "./scene";
 import "uplot/dist/uPlot.min.css";
 import "./style.css";
 
-const key = new URLSearchParams(location.search).get("key");
+const query = new URLSearchParams(location.search), key = query.get("key");
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${key ? `?key=${encodeURIComponent(key)}` : ""}`);
 const TABS = { Nodes, Images, Fields, Plots, Log, Parameters };
 type Tab = keyof typeof TABS;
@@ -24,6 +25,7 @@ function Stage() {
   }, []);
   const channels = connection.channels.value;
   useEffect(() => scene.current?.follow(connection), [channels]);
+  useEffect(() => { if (query.has("film") && scene.current) film(connection, scene.current, query); }, []);
   return (
     <section class="stage" aria-label="Scene">
       <canvas ref={canvas} tabIndex={0} aria-label="3-D scene: drag turns, wheel zooms, right button moves" />
@@ -71,4 +73,4 @@ function App() {
   );
 }
 
-render(<App />, document.getElementById("app")!);
+render(query.has("film") ? <Stage /> : <App />, document.getElementById("app")!);

@@ -277,7 +277,7 @@ export function Player({ connection }: Props) {
   if (!name || !status) return null;
   const seekBy = (s: number) => ({ target: { case: "offsetS", value: s } });
   return (
-    <div class="player" role="group" aria-label="Time line of the log">
+    <section class="player" aria-label="Time line of the log">
       <button onClick={() => ask(status.paused ? "resume" : "pause")} title="space">{status.paused ? "Play" : "Pause"}</button>
       <button onClick={() => ask("step")} title="s">Step</button>
       <input type="range" aria-label="Time" min={status.startS} max={status.endS} step="0.01" value={status.positionS}
@@ -286,6 +286,6 @@ export function Player({ connection }: Props) {
       <label>Speed <select value={String(status.rate)} onChange={(e) => ask("rate", { rate: Number(e.currentTarget.value) })}>
         {[...new Set([0.1, 0.25, 0.5, 1, 2, 5, 10, status.rate])].sort((a, b) => a - b).map((r) => <option key={r} value={String(r)}>{r}×</option>)}
       </select></label>
-    </div>
+    </section>
   );
 }

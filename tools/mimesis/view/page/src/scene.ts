@@ -110,11 +110,27 @@ function arrow(primitive: any): THREE.Object3D {
   return whole.add(shaft, head);
 }
 
+/** Many of one form are one thing to draw, if all are opaque. */
+function meshes(geometry: THREE.BufferGeometry, all: any[]): THREE.Object3D[] {
+  if (all.length < 8 || all.some((p) => (p.color?.a ?? 1) < 1)) return all.map((p) => mesh(geometry, p.color, p.pose, p.size));
+  const many = new THREE.InstancedMesh(geometry, surface({ r: 1, g: 1, b: 1, a: 1 }), all.length);
+  const one = new THREE.Object3D(), colour = new THREE.Color();
+  all.forEach((p, i) => {
+    one.quaternion.identity();
+    place(one, p.pose).scale.set(p.size.x || 1e-6, p.size.y || 1e-6, p.size.z || 1e-6);
+    one.updateMatrix();
+    many.setMatrixAt(i, one.matrix);
+    const { r, g, b } = p.color ?? { r: 0.7, g: 0.7, b: 0.7 };
+    many.setColorAt(i, colour.setRGB(r, g, b, THREE.SRGBColorSpace));
+  });
+  many.frustumCulled = false; // its bounds are those of one
+  return [many];
+}
+
 export function build(entity: any): THREE.Group {
   const group = new THREE.Group();
-  for (const p of entity.cubes) group.add(mesh(box, p.color, p.pose, p.size));
-  for (const p of entity.spheres) group.add(mesh(ball, p.color, p.pose, p.size));
-  for (const p of entity.cylinders) group.add(mesh(rod, p.color, p.pose, p.size));
+  for (const [geometry, all] of [[box, entity.cubes], [ball, entity.spheres], [rod, entity.cylinders]] as const)
+    if (all.length) group.add(...meshes(geometry, all));
   for (const p of entity.arrows) group.add(arrow(p));
   for (const p of entity.lines) group.add(line(p));
   for (const p of entity.triangles) group.add(triangles(p));
@@ -126,6 +142,7 @@ function dispose(object: THREE.Object3D) {
   object.removeFromParent();
   object.traverse((o: any) => {
     if (o.geometry && !shared.has(o.geometry) && !o.isSprite) o.geometry.dispose();
+    if (o.isInstancedMesh) o.dispose();
     o.material?.map?.dispose();
     o.material?.dispose();
   });
@@ -137,10 +154,12 @@ export class Scene {
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.PerspectiveCamera(45, 1, 0.02, 500);
   private readonly controls: OrbitControls;
+  private readonly watch: ResizeObserver;
   private readonly frames = new Map<string, THREE.Group>();
   private readonly entities = new Map<string, THREE.Group>(); // by topic and id
   private dirty = true;
   private framed = false; // the camera has been turned to what is there
+  private still = false; // draws on demand alone
   /** Pictures drawn in the last second. */
   rate = 0;
 
@@ -157,7 +176,8 @@ export class Scene {
     const grid = new THREE.GridHelper(20, 40, 0x667788, 0x3a4450).rotateX(Math.PI / 2);
     this.scene.add(sun, new THREE.HemisphereLight(0xffffff, 0x445566, 1.4), grid);
     this.scene.add(this.frame(ROOT));
-    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.watch = new ResizeObserver(() => this.resize(canvas.clientWidth, canvas.clientHeight));
+    this.watch.observe(canvas);
     const dark = matchMedia("(prefers-color-scheme: dark)");
     const colour = () => ((this.scene.background = new THREE.Color(dark.matches ? 0x14181d : 0xe9edf1)), (this.dirty = true));
     dark.addEventListener("change", colour);
@@ -186,6 +206,24 @@ export class Scene {
     this.camera.position.copy(middle).addScaledVector(new THREE.Vector3(1, -0.9, 0.6).normalize(), 2.2 * radius + 0.3);
     this.controls.update();
     this.dirty = true;
+  }
+
+  /** A size of its own [px], and the camera [m], for pictures: eye and what it looks at; none: all there is. */
+  pose(width: number, height: number, camera?: number[]) {
+    this.framed = true;
+    this.still = true;
+    this.watch.disconnect();
+    this.renderer.setPixelRatio(1);
+    this.resize(width, height);
+    if (!camera) return this.look();
+    this.camera.position.fromArray(camera);
+    this.controls.target.fromArray(camera, 3);
+    this.controls.update();
+  }
+
+  picture(type: string): Promise<Blob> {
+    this.renderer.render(this.scene, this.camera);
+    return new Promise((done) => this.canvas.toBlob((blob) => done(blob!), type, 0.95));
   }
 
   update(topic: string, message: any) {
@@ -233,8 +271,7 @@ export class Scene {
     return group;
   }
 
-  private resize() {
-    const { clientWidth: w, clientHeight: h } = this.canvas;
+  private resize(w: number, h: number) {
     if (w === 0 || h === 0) return;
     this.renderer.setSize(w, h, false);
     this.camera.aspect = w / h;
@@ -248,7 +285,7 @@ export class Scene {
       requestAnimationFrame(draw);
       const now = performance.now();
       if (now - since > 1000) (this.rate = (1000 * drawn) / (now - since)), (drawn = 0), (since = now);
-      if (!this.dirty) return;
+      if (!this.dirty || this.still) return;
       this.dirty = false;
       ++drawn;
       this.renderer.render(this.scene, this.camera);

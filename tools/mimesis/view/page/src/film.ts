@@ -1,0 +1,16 @@
+// Pictures for `mimesis view --film` and `--png`: one for every message on film/time, when all before it is drawn.
+import type { Connection } from "./connection";
+import type { Scene } from "./scene";
+
+export function film(connection: Connection, scene: Scene, query: URLSearchParams) {
+  const [width, height] = query.get("size")!.split("x").map(Number);
+  const camera = query.get("camera") ? query.get("camera")!.split(",").map(Number) : undefined;
+  const format = query.get("film")!;
+  let first = true;
+  connection.listen("film/time", async () => {
+    if (first) scene.pose(width!, height!, camera);
+    first = false;
+    const picture = await scene.picture(`image/${format}`);
+    await connection.call("film/picture", { format, data: new Uint8Array(await picture.arrayBuffer()) });
+  });
+}
