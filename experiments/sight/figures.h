@@ -16,6 +16,9 @@ namespace mimesis::sight {
 /// Segmentation and places from two cameras on tables that vision was not told.
 reproduce::Figure segmentation_figure();
 
+/// Symbols of 200 demonstrations in scenes that vision was not told.
+reproduce::Figure symbols_figure();
+
 /// The set-up [M18 fig. 2.3]: what vision tells of the teacher's table, and the robot's eye of its
 /// own.
 reproduce::Figure setup_figure();

@@ -174,6 +174,7 @@ std::vector<reproduce::Figure> figures() {
   return {vision::stereo_calibration_figure(),
           segmentation_figure(),
           setup_figure(),
+          symbols_figure(),
           {.name = "hand-mono",
            .title = "26 degrees of freedom of a hand by mutual information, one camera",
            .source = "M18",

@@ -1,5 +1,6 @@
 #include "nodes/camera/camera_node.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "common/model/files.h"
@@ -195,6 +196,7 @@ bool CameraNode::render_robot(runtime::Time now) {
   if (robot_.empty()) {
     const kin::Table table = model::from_proto(*scene);
     const Eigen::Vector3d origin = Eigen::Vector3d::Map(params_.origin_m.data());
+    if (params_.scene == "random") aim_at(table, origin);
     for (std::size_t eye = 0; eye < cameras_.size(); ++eye) {
       robot_.push_back(std::make_unique<RobotRenderer>(table, picture_.table.paints, origin,
                                                        cameras_[eye], picture_.faults,
@@ -212,6 +214,17 @@ bool CameraNode::render_robot(runtime::Time now) {
   for (std::size_t eye = 0; eye < robot_.size(); ++eye)
     robot_[eye]->render(balls, {p.x_m(), p.y_m(), p.z_m()}, to_seconds(now), pictures_[eye]);
   return true;
+}
+
+/// Moves random cameras until they see all of what matters, as somebody who sets them up does.
+void CameraNode::aim_at(const kin::Table& table, const Eigen::Vector3d& origin) {
+  constexpr std::uint64_t kAttempts = 100;
+  const auto sees = [&](const image::Camera& camera) { return sees_all(table, origin, camera); };
+  for (std::uint64_t i = 1; !std::ranges::all_of(cameras_, sees); ++i) {
+    if (i == kAttempts) return runtime::warn("{} random cameras do not see the whole object", i);
+    const auto pair = random_cameras(picture_.view, static_cast<std::uint64_t>(params_.seed), i);
+    cameras_.assign(pair.begin(), pair.begin() + static_cast<std::ptrdiff_t>(cameras_.size()));
+  }
 }
 
 /// The calibration, and what somebody who sees the first image would teach.

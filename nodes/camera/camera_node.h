@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/kin/arm.h"
+#include "common/kin/table.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "common/time.h"
@@ -52,6 +53,7 @@ class CameraNode {
   void step_source(runtime::Time now);
   bool render_teacher(runtime::Time now);
   bool render_robot(runtime::Time now);
+  void aim_at(const kin::Table& table, const Eigen::Vector3d& origin);
   void publish_first(runtime::Time stamp);
   void publish_truth(const Truth& truth, runtime::Time stamp);
   void send(const image::Image& image, runtime::Out<foxglove::RawImage>& out, runtime::Time stamp);

@@ -122,8 +122,9 @@ RandomScene random_scene(const Picture& usual, std::uint64_t seed) {
   return {picture, random_cameras(usual.view, seed)};
 }
 
-std::array<image::Camera, 2> random_cameras(const image::View& usual, std::uint64_t seed) {
-  Draw draw(seed + (std::uint64_t{1} << 32));
+std::array<image::Camera, 2> random_cameras(const image::View& usual, std::uint64_t seed,
+                                            std::uint64_t attempt) {
+  Draw draw(seed + ((attempt + 1) << 32));
   return draw_cameras(draw, usual);
 }
 

@@ -18,8 +18,10 @@ struct RandomScene {
 /// lenses of the cameras. The same seed gives the same scene.
 RandomScene random_scene(const Picture& usual, std::uint64_t seed);
 
-/// Two cameras around a view, as people set them up: places, directions and lenses drawn.
-std::array<image::Camera, 2> random_cameras(const image::View& usual, std::uint64_t seed);
+/// Two cameras around a view, as people set them up: places, directions and lenses drawn. Whoever
+/// does not like what they see moves them: another `attempt`.
+std::array<image::Camera, 2> random_cameras(const image::View& usual, std::uint64_t seed,
+                                            std::uint64_t attempt = 0);
 
 /// The camera of a view, and one `baseline_m` to its right that looks at the same point.
 std::array<image::Camera, 2> usual_cameras(const image::View& view, double baseline_m);

@@ -1,6 +1,7 @@
 #include "nodes/camera/robot_renderer.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace mimesis::camera {
 namespace {
@@ -41,6 +42,36 @@ RayScene robot_scene(const kin::Table& table, const Paints& paints, const Vector
 }
 
 }  // namespace
+
+bool sees_all(const kin::Table& table, const Vector3d& origin_W, const image::Camera& camera) {
+  constexpr double kAround = 0.015, kAbove = 0.002;  // [m]
+  const RayScene scene = robot_scene(table, Paints{}, origin_W);
+  const auto seen = [&](const Vector3d& p_W) {
+    const Vector3d p = turned(p_W - origin_W);
+    const Eigen::Vector2d pixel = camera.project(p);
+    return pixel.minCoeff() > 0.0 && pixel.x() < camera.width() && pixel.y() < camera.height() &&
+           !scene.blocked(camera.eye(), p);
+  };
+  const double wide = table.object_radius + kAround, half = 0.5 * table.object_height;
+  constexpr int kPoints = 12;
+  for (const double up : {-half + kAbove, 0.0, half}) {
+    for (int k = 0; k < kPoints; ++k) {
+      const double a = 2.0 * std::numbers::pi * k / kPoints;
+      if (!seen(table.object + Vector3d(wide * std::cos(a), wide * std::sin(a), up))) return false;
+    }
+  }
+  for (const kin::Box& box : table.boxes) {
+    if (!box.name.ends_with("stand")) continue;
+    const double top = box.half_extent.z() + kAbove;
+    for (const double x : {-1.0, 1.0}) {
+      for (const double y : {-1.0, 1.0}) {
+        const Vector3d corner(x * box.half_extent.x(), y * box.half_extent.y(), top);
+        if (!seen(box.center + corner)) return false;
+      }
+    }
+  }
+  return true;
+}
 
 RobotRenderer::RobotRenderer(const kin::Table& table, const Paints& paints,
                              const Vector3d& origin_W, const image::Camera& camera,

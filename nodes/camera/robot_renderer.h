@@ -11,6 +11,11 @@
 
 namespace mimesis::camera {
 
+/// Whether a camera in frame T (see RobotRenderer) has all of the object in its picture, with 15 mm
+/// around it, and the upper faces of the stands, and nothing that stands on the table before them.
+bool sees_all(const kin::Table& table, const Eigen::Vector3d& origin_W,
+              const image::Camera& camera);
+
 /// The robot's table with the arm before it, seen by a camera in frame T: origin on the table at
 /// `origin_W`, x, y, z along y, z, x of W, so that a camera before the robot sees its right hand on
 /// the left. Stands have coloured caps, the bar, the object and what blocks a goal are coloured;

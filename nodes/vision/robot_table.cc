@@ -1,5 +1,7 @@
 #include "nodes/vision/robot_table.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -68,17 +70,28 @@ class Converter {
 
 }  // namespace
 
-std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
-                                     bool stays_alone) {
+tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
+                                            bool stays_alone) {
   const Thing* bridge = scene.bridge();
   const std::vector<Thing> goals = scene.goals();
   std::vector<Thing> objects = scene.of(Kind::object);
-  if (bridge == nullptr || objects.empty() || goals.empty()) return std::nullopt;
+  const auto none = [](std::string why) { return tl::unexpected(Status{std::move(why)}); };
+  if (objects.empty()) return none("no object is seen");
+  if (bridge == nullptr) return none("no bridge is seen");
+  if (goals.empty()) return none("no goal is seen");
+  for (const Thing& thing : scene.things()) {
+    const double sigma = worst_sigma(thing);
+    if (sigma <= setup.uncertain_m) continue;
+    return none(
+        fmt::format("{} {} is known to {:.1f} mm only (standard deviation), expected {:.1f} "
+                    "or less: a part of it may be hidden",
+                    name(thing.kind), thing.id, 1e3 * sigma, 1e3 * setup.uncertain_m));
+  }
   const double gap = bridge->solid.bottom() - goals.front().solid.top();
   const bool lone = goals.size() == 1, lone_high = gap < setup.small_gap_m;
   const bool told_apart =
       lone ? stays_alone : goals.front().solid.top() - goals.back().solid.top() >= kSameHeight_m;
-  if (!told_apart) return std::nullopt;
+  if (!told_apart) return none(lone ? "only one goal is seen" : "the goals are of one height");
   // What stands on a goal was placed there already.
   const auto placed = [&goals](const Thing& object) {
     return std::ranges::any_of(goals, [&object](const Thing& goal) {

@@ -1,8 +1,9 @@
 #pragma once
 #include <Eigen/Core>
-#include <optional>
+#include <tl/expected.hpp>
 #include <vector>
 
+#include "common/error.h"
 #include "common/kin/table.h"
 #include "nodes/vision/stereo_scene.h"
 
@@ -20,6 +21,7 @@ struct RobotTableSetup {
   double spacing_m = 0.0375;     ///< of the bridge's safety balls
   double small_gap_m = 0.125;    ///< a lone goal that is nearer to the bar's height is a high one
   double lone_s = 8.0;           ///< a goal that is the only one for so long stays alone
+  double uncertain_m = 0.006;    ///< a thing is known well enough below this standard deviation
   /// Obstacles are larger by so many standard deviations of their places [1].
   double doubt = 1.0;
 
@@ -34,6 +36,7 @@ struct RobotTableSetup {
     v("spacing_m", spacing_m, 1e-3, 1.0);
     v("small_gap_m", small_gap_m, 0.0, 1.0);
     v("lone_s", lone_s, 0.0, 1000.0);
+    v("uncertain_m", uncertain_m, 1e-4, 1.0);
     v("doubt", doubt, 0.0, 10.0);
   }
 };
@@ -50,9 +53,10 @@ struct SeenTable {
 /// The object is the one known longest of those that stand on no goal, others are obstacles. Of
 /// several goals the highest is high, the lowest low; one that stays alone, since the other is
 /// covered, is told by its gap to the bar.
-/// @returns nothing while there is no object, no bridge or no goal, or goals are of one height.
+/// @returns why there is no table yet: no object, no bridge or no goal is seen, one of them is
+/// known too badly (mostly since something hides a part of it), or goals are of one height.
 /// @param stays_alone  a single goal has been the only one for `lone_s`
-std::optional<SeenTable> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
-                                     bool stays_alone = false);
+tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
+                                            bool stays_alone = false);
 
 }  // namespace mimesis::vision

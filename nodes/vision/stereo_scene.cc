@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -143,8 +144,12 @@ void StereoScene::follow(Kind kind, std::vector<Pair> pairs) {
         if (far < least) std::tie(least, track, pair) = std::tuple(far, i, k);
       }
     }
-    // What is alone of its kind may have been moved while nobody looked.
-    if (least > kHere && (waiting.size() > 1 || pairs.size() > 1)) break;
+    // What is alone of its kind may have been moved while nobody looked. Specks do not count.
+    if (least > kHere) {
+      const auto lone = sole_move(waiting, pairs);
+      if (!lone) break;
+      std::tie(track, pair) = *lone;
+    }
     see(*waiting[track], pairs[pair]);
     waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(track));
     pairs.erase(pairs.begin() + static_cast<std::ptrdiff_t>(pair));
@@ -160,6 +165,23 @@ void StereoScene::follow(Kind kind, std::vector<Pair> pairs) {
     restart(t, pair);
     tracks_.push_back(std::move(t));
   }
+}
+
+/// The only known thing that waits and the only pair that shows a fifth of its area or more, if
+/// there is one of each; by their indices.
+std::optional<std::pair<std::size_t, std::size_t>> StereoScene::sole_move(
+    std::span<Track* const> waiting, std::span<const Pair> pairs) const {
+  constexpr double kMuch = 0.2;
+  const auto known = [](const Track* t) { return t->announced; };
+  if (std::ranges::count_if(waiting, known) != 1) return std::nullopt;
+  const auto track = std::ranges::find_if(waiting, known);
+  const auto areas = usual_areas(**track);
+  const auto much = [&areas](const Pair& p) {
+    return p.seen[0].area > kMuch * areas[0] && p.seen[1].area > kMuch * areas[1];
+  };
+  if (std::ranges::count_if(pairs, much) != 1) return std::nullopt;
+  return std::pair(static_cast<std::size_t>(track - waiting.begin()),
+                   static_cast<std::size_t>(std::ranges::find_if(pairs, much) - pairs.begin()));
 }
 
 void StereoScene::restart(Track& track, const Pair& pair) {
@@ -259,13 +281,47 @@ void StereoScene::measure(Track& track) {
                       found->solid.length < limits_.largest_m;
   if (!likely) return;
   track.thing.solid = found->solid;
-  track.thing.covariance_m2 = found->covariance_m2;
+  // What no solid explains makes the place less certain, too.
+  track.thing.covariance_m2 = std::max(1.0, found->misfit * found->misfit) * found->covariance_m2 +
+                              rig_covariance(found->solid.center);
   track.thing.pictures = whole;
   track.known = true;
   if (track.announced) return;
   track.announced = true;
   changes_.push_back(fmt::format("{} {} appeared at {}", name(track.thing.kind), track.thing.id,
                                  in_words(found->solid.center)));
+}
+
+/// What the errors of the calibration add: each of them alone moves the point in which the rays
+/// meet.
+Eigen::Matrix3d StereoScene::rig_covariance(const Vector3d& center) const {
+  const std::array<Eigen::Vector2d, 2> pixels{cameras_[0].project(center),
+                                              cameras_[1].project(center)};
+  Eigen::Matrix3d out = Eigen::Matrix3d::Zero();
+  const auto add = [&](double focal, const Vector3d& turn, const Vector3d& place, bool both) {
+    std::array<image::Camera, 2> off = cameras_;
+    for (std::size_t k = both ? 0 : 1; k < 2; ++k) {
+      image::Lens lens = off[k].lens();
+      lens.fx_px *= 1.0 + focal;
+      lens.fy_px *= 1.0 + focal;
+      const Eigen::Matrix3d r =
+          Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+      off[k] = image::Camera(lens, r * off[k].R_CT(), off[k].eye() + place);
+    }
+    const std::array<image::Sighting, 2> rays{{{&off[0], pixels[0]}, {&off[1], pixels[1]}}};
+    const auto met = image::triangulate(rays);
+    if (met) out += (met->p_T - center) * (met->p_T - center).transpose();
+  };
+  const RigAccuracy& rig = limits_.rig;
+  const Vector3d none = Vector3d::Zero();
+  add(rig.focal, none, none, true);
+  for (int i = 0; i < 3; ++i) {
+    add(0.0, rig.turn_rad * Vector3d::Unit(i), none, true);
+    add(0.0, none, rig.place_m * Vector3d::Unit(i), true);
+    add(0.0, rig.pair_turn_rad * Vector3d::Unit(i), none, false);
+    add(0.0, none, rig.pair_place_m * Vector3d::Unit(i), false);
+  }
+  return out;
 }
 
 bool StereoScene::settled() const {

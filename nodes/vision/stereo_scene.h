@@ -1,14 +1,35 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodes/vision/regions.h"
 #include "nodes/vision/solids.h"
 
 namespace mimesis::vision {
+
+/// Standard deviations of the calibration; the defaults are those of `mimesis calibrate` on real
+/// pairs.
+struct RigAccuracy {
+  double focal = 5e-4;          ///< of both focal lengths together, share [1]
+  double place_m = 3e-4;        ///< of the pair in frame T, per axis
+  double turn_rad = 1.75e-4;    ///< of the pair, per axis
+  double pair_place_m = 1e-4;   ///< of the second camera against the first
+  double pair_turn_rad = 7e-5;  ///< of the second camera against the first
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("focal", focal, 0.0, 0.1);
+    v("place_m", place_m, 0.0, 0.1);
+    v("turn_rad", turn_rad, 0.0, 0.1);
+    v("pair_place_m", pair_place_m, 0.0, 0.1);
+    v("pair_turn_rad", pair_turn_rad, 0.0, 0.1);
+  }
+};
 
 struct SceneLimits {
   int min_area = 30;          ///< smaller regions are noise [pixels]
@@ -21,6 +42,7 @@ struct SceneLimits {
          largest_m = 1.5;              ///< sizes of things: from half the width to the span
   double bar_aspect = 1.0;             ///< width of the bridge's bar over its thickness [1]
   std::string goal_form = "cylinder";  ///< of the caps of goals: cylinder or block
+  RigAccuracy rig;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -34,6 +56,7 @@ struct SceneLimits {
     v("largest_m", largest_m, 1e-4, 10.0);
     v("bar_aspect", bar_aspect, 0.1, 10.0);
     v("goal_form", goal_form, {"cylinder", "block"});
+    v.group("rig", [this](Visitor& g) { rig.visit(g); });
   }
 };
 
@@ -44,9 +67,10 @@ struct Thing {
   Kind kind = Kind::none;
   int id = 0;  ///< kept while it is followed, also to another place
   Solid solid;
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< of its centre, frame T
-  int pictures = 0;                                         ///< that went into it
-  bool seen = true;                                         ///< in the newest pair
+  Eigen::Matrix3d covariance_m2 =
+      Eigen::Matrix3d::Zero();  ///< of its centre, frame T; the calibration's errors are part of it
+  int pictures = 0;             ///< that went into it
+  bool seen = true;             ///< in the newest pair
 };
 
 /// What stands on the table: objects, bars and goals, any number of each, from the regions of two
@@ -92,9 +116,12 @@ class StereoScene {
   std::vector<Pair> pairs(Kind kind, std::span<const Region> left,
                           std::span<const Region> right) const;
   void follow(Kind kind, std::vector<Pair> pairs);
+  std::optional<std::pair<std::size_t, std::size_t>> sole_move(std::span<Track* const> waiting,
+                                                               std::span<const Pair> pairs) const;
   void see(Track& track, const Pair& pair);
   void restart(Track& track, const Pair& pair);
   void measure(Track& track);
+  Eigen::Matrix3d rig_covariance(const Eigen::Vector3d& center) const;
   Eigen::Vector3d usual_place(const Track& track) const;
   std::array<double, 2> usual_areas(const Track& track) const;
 

@@ -26,22 +26,27 @@ std::pair<double, double> center_and_width(const std::vector<double>& values) {
 }
 
 ColorSpot spot_of(const std::vector<Yuv>& pixels) {
-  constexpr double kFar = 3.0, kNoise = 2.5, kDarker = 0.25, kBrighter = 2.5;
+  constexpr double kFar = 3.0, kNoise = 2.5, kDarkest = 20.0, kDarker = 0.2, kBrighter = 2.5;
+  constexpr double kGrey = 128.0;
   std::vector<double> y, u, v;
+  for (const Yuv& p : pixels) y.push_back(p.y);
+  ColorSpot spot;
+  spot.y = quantile(y, 0.5);
+  // A region may show faces in light and in shade: each pixel counts with the chroma that it would
+  // have at the common luma.
   for (const Yuv& p : pixels) {
-    y.push_back(p.y);
-    u.push_back(p.u);
-    v.push_back(p.v);
+    const double scale = spot.y / std::max(p.y, kDarkest);
+    u.push_back(kGrey + scale * (p.u - kGrey));
+    v.push_back(kGrey + scale * (p.v - kGrey));
   }
   const auto [u_middle, u_width] = center_and_width(u);
   const auto [v_middle, v_width] = center_and_width(v);
-  ColorSpot spot;
   double count = 0.0;
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   const Vector2d middle(u_middle, v_middle);
   Vector2d sum = Vector2d::Zero();
-  for (const Yuv& p : pixels) {
-    const Vector2d off = Vector2d(p.u, p.v) - middle;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    const Vector2d off = Vector2d(u[i], v[i]) - middle;
     if (std::abs(off.x()) > kFar * u_width || std::abs(off.y()) > kFar * v_width) continue;
     sum += off;
     squares += off * off.transpose();
@@ -52,8 +57,7 @@ ColorSpot spot_of(const std::vector<Yuv>& pixels) {
   spot.covariance =
       squares / count - shift * shift.transpose() + kNoise * kNoise * Eigen::Matrix2d::Identity();
   // Shades and highlights have the same hue; black and glare have none.
-  spot.y = quantile(y, 0.5);
-  spot.y_min = std::max(25.0, kDarker * quantile(y, 0.1));
+  spot.y_min = std::max(kDarkest, kDarker * quantile(y, 0.1));
   spot.y_max = std::min(255.0, kBrighter * quantile(y, 0.9));
   return spot;
 }

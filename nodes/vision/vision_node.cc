@@ -419,9 +419,18 @@ void VisionNode::publish(runtime::Time stamp) {
   if (!stereo->settled() || (table_ && stereo->version() == table_version_)) return;
   const bool stays_alone = runtime::to_seconds(stamp - alone_since_) >= table_setup_.lone_s;
   const auto seen = robot_table(*stereo, table_setup_, stays_alone);
-  if (!seen) return;
+  if (!seen) return miss_table(seen.error().reason, stamp);
   table_ = table_message(*seen);
   table_version_ = stereo->version();
+}
+
+/// The hand hides things for moments; what lasts is said.
+void VisionNode::miss_table(const std::string& why, runtime::Time stamp) {
+  constexpr runtime::Time kLong = std::chrono::seconds(5);
+  if (!missed_since_) missed_since_ = stamp;
+  if (table_ || stamp - *missed_since_ < kLong) return;
+  runtime::warn("no table to plan by: {}", why);
+  missed_since_ = stamp;
 }
 
 /// Over and over, so that whoever moves by it knows that it still holds.

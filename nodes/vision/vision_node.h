@@ -56,10 +56,13 @@ class VisionNode {
   void look(const foxglove::RawImage& left);
   void publish(runtime::Time stamp);
   void publish_table(runtime::Time now);
+  void miss_table(const std::string& why, runtime::Time stamp);
 
   WatcherSetup setup_;
   RobotTableSetup table_setup_;
   runtime::Time alone_since_{};  ///< since then there is a single goal
+  std::optional<runtime::Time>
+      missed_since_;  ///< since then, or since it was said, there is no table
   runtime::Time pair_, wait_, blind_;
   std::optional<TableWatcher> watcher_;
   std::optional<v1::ColorLesson> lesson_;  ///< to be learned from the next image

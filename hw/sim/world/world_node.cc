@@ -2,46 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <random>
-
 #include "common/model/files.h"
 #include "common/model/viewer.h"
+#include "hw/sim/world/random_table.h"
 
 namespace mimesis::world {
 namespace {
 
-/// A table on which object, plinth, goals and stands are up to 15 mm aside and stands up to 15 mm
-/// higher or lower.
-kin::Table scattered(kin::Table table, std::uint64_t seed) {
-  constexpr double kAside = 0.015;  // [m]
-  std::mt19937_64 random(seed);
-  const auto draw = [&random] {
-    return kAside * (2.0 * static_cast<double>(random() >> 11) * 0x1.0p-53 - 1.0);
-  };
-  const auto move = [&table](const std::string& name, const Eigen::Vector3d& by) {
-    for (kin::Box& box : table.boxes) {
-      if (box.name != name) continue;
-      box.center.head<2>() += by.head<2>();
-      box.center.z() += 0.5 * by.z();  // its foot stays where it is
-      box.half_extent.z() += 0.5 * by.z();
-    }
-  };
-  const double x = draw(), y = draw();
-  table.object += Eigen::Vector3d(x, y, 0.0);
-  move("plinth", {x, y, 0.0});
-  for (kin::GoalPlace& goal : table.goals) {
-    const double gx = draw(), gy = draw(), gz = draw();
-    goal.position += Eigen::Vector3d(gx, gy, gz);
-    move(goal.name + " stand", {gx, gy, gz});
-  }
-  return table;
-}
-
-kin::Table table_for(const WorldParams& params) {
+kin::Table table_for(const WorldParams& params, const kin::ArmModel& arm) {
   std::optional<double> bridge_height;
   if (params.bridge_height_m > 0.0) bridge_height = params.bridge_height_m;
   kin::Table table = model::load_table(params.table, bridge_height);
-  if (params.scene == "random") table = scattered(table, static_cast<std::uint64_t>(params.seed));
+  if (params.scene == "random")
+    table = random_table(arm, table, static_cast<std::uint64_t>(params.seed));
   table.object.head<2>() += Eigen::Vector2d::Map(params.object_offset_m.data());
   for (const kin::GoalPlace& goal : table.goals) {
     if (goal.name != params.goal_blocked) continue;
@@ -66,7 +39,7 @@ std::string name_of(v1::Goal goal) {
 WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       arm_model_(model::load_arm(params.robot)),
-      table_(table_for(params)),
+      table_(table_for(params, arm_model_)),
       world_(arm_model_, table_),
       arm_(bus, "arm"),
       hand_(bus, "hand"),

@@ -103,6 +103,25 @@ TEST(CameraNode, ARandomSceneIsThatOfItsSeedWithALessonWithinItsImage) {
   EXPECT_NE(first(3), first(4));
 }
 
+TEST(RobotRenderer, SeesAllUnlessAStandIsBeforeTheObject) {
+  const Eigen::Vector3d origin(0.52, 0.0, -0.01);
+  kin::Table table =
+      model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml");
+  image::View view;
+  view.eye_m = {0.25, 0.95, 1.0};
+  view.target_m = {0.0, 0.2, 0.0};
+  EXPECT_TRUE(sees_all(table, origin, view));
+  // Of a camera far away behind the stand, the stand hides what is beyond its upper face.
+  kin::Table hidden = table;
+  const Eigen::Vector3d toward = Eigen::Vector3d(1.52, 0.25, 0.94) - table.object;
+  for (kin::Box& box : hidden.boxes) {
+    if (box.name == "high stand") box.center.head<2>() = (table.object + 0.2 * toward).head<2>();
+  }
+  EXPECT_FALSE(sees_all(hidden, origin, view));
+  view.target_m = {0.6, 0.2, 0.0};  // looks past it
+  EXPECT_FALSE(sees_all(table, origin, view));
+}
+
 TEST(CameraNode, TheRobotsEyeSeesWhatTheWorldTells) {
   testing::Loopback bus;
   CameraParams p;

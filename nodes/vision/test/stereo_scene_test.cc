@@ -155,6 +155,55 @@ TEST(StereoScene, SaysWhatAppearsMovesAndGoesAndKeepsItsNumber) {
   EXPECT_EQ(said[2], "goal_low 1 is gone");
 }
 
+/// Specks of noise may be of its class, one seen before the move, one after it.
+TEST(StereoScene, SpecksDoNotHideThatAThingWasMoved) {
+  const auto cameras = pair();
+  StereoScene scene(cameras[0], cameras[1], SceneLimits{});
+  Solid goal{Form::cylinder, {0.2, 0.06, 0.0}, 0.045, 0.02};
+  const Solid before{Form::cylinder, {-0.3, 0.10, 0.0}, 0.006, 0.012},
+      after{Form::cylinder, {-0.1, 0.20, 0.0}, 0.006, 0.012};
+  std::vector<std::string> said;
+  for (int i = 0; i < 30; ++i) {
+    if (i == 20) goal.center.x() += 0.05;
+    std::array<std::vector<Region>, 2> seen_by;
+    for (std::size_t side = 0; side < 2; ++side) {
+      seen_by[side].push_back(region(Kind::goal_low, seen(goal, cameras)[side]));
+      const bool speck = i == 19 || i == 20 || i == 21;
+      if (speck)
+        seen_by[side].push_back(
+            region(Kind::goal_low, seen(i == 19 ? before : after, cameras)[side]));
+    }
+    scene.update(seen_by[0], seen_by[1]);
+    said.insert(said.end(), scene.changes().begin(), scene.changes().end());
+  }
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_NE(said[1].find("goal_low 1 moved by 50 mm"), std::string::npos) << said[1];
+}
+
+TEST(StereoScene, TheRigsErrorsArePartOfTheDoubt) {
+  const auto cameras = pair();
+  const Solid solid{Form::cylinder, {0.1, 0.05, 0.0}, 0.03, 0.08};
+  const auto spread = [&](const RigAccuracy& rig) {
+    SceneLimits limits;
+    limits.rig = rig;
+    StereoScene scene(cameras[0], cameras[1], limits);
+    const std::vector left{region(Kind::object, seen(solid, cameras)[0])},
+        right{region(Kind::object, seen(solid, cameras)[1])};
+    for (int i = 0; i < 20; ++i) scene.update(left, right);
+    return scene.things().at(0).covariance_m2;
+  };
+  RigAccuracy exact{0.0, 0.0, 0.0, 0.0, 0.0}, shifted = exact, turned = exact;
+  shifted.place_m = 0.003;
+  turned.pair_turn_rad = 0.001;
+  const Eigen::Matrix3d none = spread(exact);
+  EXPECT_TRUE((spread(shifted) - none).isApprox(9e-6 * Eigen::Matrix3d::Identity(), 1e-3));
+  // A second camera turned about the vertical by a: the depth is wrong by a d² / baseline.
+  const Vector3d ray = (solid.center - cameras[0].eye()).normalized();
+  const double d = (solid.center - cameras[1].eye()).norm();
+  const double along = std::sqrt(ray.dot((spread(turned) - none) * ray));
+  EXPECT_NEAR(along, 0.001 * d * d / 0.3, 0.25 * along);
+}
+
 /// One inflated area must not freeze a place, nor may a hand that hides half of a thing move it.
 TEST(StereoScene, HalfHiddenThingsStayWhereTheyAre) {
   const auto cameras = pair();
@@ -271,6 +320,33 @@ TEST(RobotTable, KnowsNothingWithoutObjectBridgeAndTwoHeights) {
     some.erase(some.begin() + static_cast<std::ptrdiff_t>(left_out));
     EXPECT_FALSE(robot_table(shown(some), RobotTableSetup{})) << left_out;
   }
+}
+
+/// A stand before the foot of the object: what is left of it looks like no cylinder.
+TEST(RobotTable, WaitsWhileAPartOfAThingIsHidden) {
+  const auto cameras = pair();
+  SceneLimits limits;
+  limits.goal_form = "block";
+  StereoScene scene(cameras[0], cameras[1], limits);
+  std::array<std::vector<Region>, 2> regions;
+  for (const auto& [kind, solid] : {std::pair(Kind::object, kSeenObject),
+                                    {Kind::bridge, kSeenBar},
+                                    {Kind::goal_high, kSeenHigh},
+                                    {Kind::goal_low, kSeenLow}}) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      Solid visible = solid;
+      if (kind == Kind::object && side == 0) {  // 15 mm less of it
+        visible.length -= 0.015;
+        visible.center.y() += 0.0075;
+      }
+      regions[side].push_back(region(kind, seen(visible, cameras)[side]));
+    }
+  }
+  for (int i = 0; i < 20; ++i) scene.update(regions[0], regions[1]);
+  const auto found = robot_table(scene, RobotTableSetup{});
+  ASSERT_FALSE(found);
+  EXPECT_NE(found.error().reason.find("object 1 is known to"), std::string::npos)
+      << found.error().reason;
 }
 
 TEST(RobotTable, AGoalThatStaysAloneIsToldByItsGapToTheBar) {

@@ -98,6 +98,23 @@ TEST(Teach, AStrangerInTheRegionDoesNotWidenTheClass) {
   EXPECT_LT((dirty->spots.of[1]->covariance - clean->spots.of[1]->covariance).norm(), 8.0);
 }
 
+TEST(Teach, ARegionOfLightAndShadeTeachesTheSameColourAsOneInLight) {
+  Scene s = scene(8, 2.0, 1.0);
+  const auto lit = teach(s.image, kRegions);
+  for (int v = 70; v < 108; ++v) {  // most of the hand's region lies in shade
+    for (int u = 30; u < 80; ++u) {
+      for (std::size_t c = 0; c < 3; ++c) s.image.at(u, v)[c] = s.image.at(u, v)[c] / 2;
+    }
+  }
+  const auto mixed = teach(s.image, kRegions);
+  ASSERT_TRUE(lit && mixed);
+  const auto ratio = [](const Lesson& lesson) -> Eigen::Vector2d {
+    const ColorSpot& spot = *lesson.spots.of[1];
+    return (spot.mean.array() - 128.0).matrix() / spot.y;
+  };
+  EXPECT_LT((ratio(*mixed) - ratio(*lit)).norm(), 0.05 * ratio(*lit).norm());
+}
+
 TEST(Teach, WarnsOfClassesThatLookAlike) {
   const Scene s = scene(6, 3.0, 1.0);
   std::vector<TaughtRegion> regions = kRegions;

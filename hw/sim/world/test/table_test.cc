@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
+#include "hw/sim/world/random_table.h"
 #include "hw/sim/world/test/postures.h"
 
 namespace mimesis::world {
@@ -69,6 +70,27 @@ TEST(BridgeTable, ALowBridgeTurnsThatAround) {
 TEST(BridgeTable, HomeIsFreeAndFarFromTheObject) {
   const PostureSearch search(grown_arm(), low_table());
   EXPECT_TRUE(search.is_free(table_arm().home, {}, false, false));
+}
+
+/// The judge here searches postures by itself, and knows what a hand can do with the object.
+TEST(RandomTable, LeavesTheObjectAndTheHighGoalWithinReach) {
+  for (std::uint64_t seed = 70; seed < 76; ++seed) {
+    const kin::Table t = random_table(table_arm(), low_table(), seed);
+    EXPECT_GT(places(t, Grip::precision, "high"), 0u) << seed;
+    EXPECT_GT(PostureSearch(grown_arm(), t).places(Grip::precision, kAttempts, t.object).size(), 0u)
+        << seed;
+    EXPECT_EQ(t.object, random_table(table_arm(), low_table(), seed).object);
+  }
+}
+
+TEST(RandomTable, SaysWhatIsOutOfReach) {
+  EXPECT_EQ(out_of_reach(table_arm(), low_table()), "");
+  kin::Table far = low_table();
+  far.object.x() += 0.03;  // the fore arm would touch the bar on the way down
+  EXPECT_EQ(out_of_reach(table_arm(), far), "the object");
+  kin::Table high = low_table();
+  high.goals[0].position += Eigen::Vector3d(0.02, 0.0, 0.02);
+  EXPECT_EQ(out_of_reach(table_arm(), high), "the high goal");
 }
 
 }  // namespace
