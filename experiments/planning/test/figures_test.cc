@@ -7,7 +7,8 @@ namespace {
 
 TEST(PlanningFigures, AllPass) {
   for (const reproduce::Figure& figure : figures()) {
-    for (const reproduce::Row& row : figure.run(std::nullopt).rows) {
+    const reproduce::Report report = figure.run(std::nullopt);
+    for (const reproduce::Row& row : report.rows) {
       EXPECT_TRUE(row.passed) << figure.name << ": " << row.what << ": " << row.ours
                               << ", expected " << row.reference.value;
     }
