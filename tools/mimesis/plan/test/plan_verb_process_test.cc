@@ -13,6 +13,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/shared_data.h"
 #include "common/testing/process.h"
 #include "tools/mimesis/plan/verify.h"
 
@@ -267,6 +268,43 @@ TEST(PlanVerb, PlansThePlanarArmAndDrawsIt) {
   testing::Process info("mimesis", {"log", "cat", log, "--json"});
   EXPECT_EQ(info.wait(20s).value_or(-1), 0) << info.errors();
   EXPECT_NE(info.output().find("\"frames\""), std::string::npos) << info.output().substr(0, 500);
+}
+
+/// The right arm of JVRC-1, as its makers published it: shoulder, offset elbow, wrist. The balls
+/// are ours.
+const std::string kArmOfJvrc = R"(name: jvrc1_right_arm
+base_m: [0, 0, 0.4]
+tool_m: [0, 0, -0.13]
+chain:
+  urdf: "shared:data/robots/jvrc1.urdf"
+  base: WAIST_R_S
+  tip: R_WRIST_Y_S
+  a_max_rad_s2: [10, 10, 10, 10, 10, 10, 10]
+  home_rad: [0, 0, 0, -1.2, 0, 0, 0]
+groups: [trunk, upper, fore, hand]
+obstacle_groups: [upper, fore, hand]
+self_pairs: [{a: trunk, b: fore}, {a: trunk, b: hand}]
+balls:
+  - {link: WAIST_R_S, group: trunk, center_m: [0, 0, 0.1], radius_m: 0.13}
+  - {link: WAIST_R_S, group: trunk, center_m: [0, 0, 0.25], radius_m: 0.13}
+  - {link: R_SHOULDER_Y_S, group: upper, center_m: [0, 0, -0.15], radius_m: 0.08}
+  - {link: R_ELBOW_P_S, group: fore, center_m: [0, 0, 0], radius_m: 0.07}
+  - {link: R_ELBOW_Y_S, group: fore, center_m: [0, 0, 0.1], radius_m: 0.06}
+  - {link: R_WRIST_R_S, group: hand, center_m: [0, 0, 0], radius_m: 0.06}
+  - {link: R_WRIST_Y_S, group: hand, center_m: [0, 0, -0.1], radius_m: 0.05}
+)";
+
+TEST(PlanVerb, TakesAnArmFromAPublishedUrdf) {
+  if (!fs::exists(shared_data("data/robots/jvrc1.urdf"))) GTEST_SKIP() << "no ../shared";
+  const std::string shelf =
+      "boxes: [{name: shelf, center_m: [0.4, -0.25, 0.5], half_extent_m: [0.15, 0.25, 0.01]}]\n";
+  const fs::path plan = folder() / "jvrc.yaml";
+  const Ran made = run({written("shelf.yaml", shelf), "--robot", written("arm.yaml", kArmOfJvrc),
+                        "--hand", "0.35", "-0.25", "0.65", "-o", plan, "--json"});
+  ASSERT_EQ(made.code, 0) << made.errors;
+  EXPECT_GT(json::parse(made.output)["path_rad"].size(), 2u) << "the shelf is in the way";
+  const Ran proven = run({"verify", plan});
+  EXPECT_EQ(proven.code, 0) << proven.output << proven.errors;
 }
 
 TEST(PlanVerb, GivesReasonsInOneLine) {
