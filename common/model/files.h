@@ -42,6 +42,9 @@ double rate_of_robot(const std::string& file);
 /// [m], instead of the file's. @throws ConfigError as above.
 kin::Table load_table(const std::string& file, std::optional<double> bridge_height = {});
 
+/// The same of a scene that need have neither bridge nor object.
+kin::Table load_scene(const std::string& file);
+
 /// The table as a message, without header.
 v1::Scene to_proto(const kin::Table& table);
 /// The table of a message. Positions are taken as they are; the caller has checked that they are

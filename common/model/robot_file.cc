@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 
 #include "common/error.h"
+#include "common/kin/dh_rows.h"
 #include "common/model/files.h"
 #include "common/robot/bodies.h"
 #include "common/runtime/param_source.h"
@@ -13,6 +16,7 @@
 namespace mimesis::model {
 namespace {
 
+namespace fs = std::filesystem;
 using runtime::ParamVisitor;
 
 constexpr double kLeastRate_hz = 10.0, kMostRate_hz = 1000.0;
@@ -38,14 +42,29 @@ struct JointEntry {
   }
 };
 
+/// Joints of a URDF, from one link to another.
+struct ChainEntry {
+  std::string urdf, base, tip;
+  std::vector<double> a_max_rad_s2, home_rad;  // of each joint, which the URDF has not
+
+  void visit(ParamVisitor& v) {
+    v("urdf", urdf);
+    v("base", base);
+    v("tip", tip);
+    v("a_max_rad_s2", a_max_rad_s2, 1e-3, 1000.0, 0);
+    v("home_rad", home_rad, -6.3, 6.3, 0);
+  }
+};
+
 struct BallEntry {
   int frame = 0;
-  std::string group;
+  std::string link, group;  // link: of the chain's URDF, instead of a frame
   std::vector<double> center_m;
   double radius_m = 0.0;
 
   void visit(ParamVisitor& v) {
     v("frame", frame, 0, 100);
+    v("link", link);
     v("group", group);
     v("center_m", center_m, -10.0, 10.0, 3);
     v("radius_m", radius_m, 1e-4, 1.0);
@@ -67,6 +86,7 @@ struct ArmFile {
   std::vector<double> base_m{0.0, 0.0, 0.0}, base_rpy_rad{0.0, 0.0, 0.0};
   std::vector<double> tool_m{0.0, 0.0, 0.0}, tool_rpy_rad{0.0, 0.0, 0.0};
   std::vector<JointEntry> joints;
+  ChainEntry chain;
   std::vector<std::string> obstacle_groups;
   std::vector<PairEntry> self_pairs;
   std::vector<BallEntry> balls;
@@ -82,6 +102,7 @@ struct ArmFile {
     v("tool_m", tool_m, -10.0, 10.0, 3);
     v("tool_rpy_rad", tool_rpy_rad, -6.3, 6.3, 3);
     list(v, "joints", joints);
+    v.group("chain", [this](ParamVisitor& g) { chain.visit(g); });
     v("groups", arm.groups);
     v("obstacle_groups", obstacle_groups);
     list(v, "self_pairs", self_pairs);
@@ -102,16 +123,32 @@ Eigen::Isometry3d pose(const std::vector<double>& position_m, const std::vector<
   return X;
 }
 
+/// Path of the URDF that a file names.
+std::string urdf_of(const std::string& path, const std::string& urdf_name) {
+  const std::string kShared = "shared:";
+  const bool shared = urdf_name.starts_with(kShared);
+  const fs::path urdf = shared ? shared_data(urdf_name.substr(kShared.size()))
+                               : fs::path(path).parent_path() / urdf_name;
+  std::error_code ignored;
+  if (urdf_name.empty() || !fs::is_regular_file(urdf, ignored)) {
+    throw ConfigError(path + ": urdf: no file '" + urdf.string() +
+                      (shared ? "', expected in the shared folder ($MIMESIS_SHARED)"
+                              : "', expected one beside this file"));
+  }
+  return urdf.lexically_normal().string();
+}
+
 class Builder {
  public:
   Builder(const std::string& file, const ArmFile& entry) : file_(file), entry_(entry) {}
 
-  kin::ArmModel build() const {
-    if (entry_.joints.empty()) fail("joints", "there is none");
+  kin::ArmModel build() {
     kin::ArmModel arm = entry_.arm;
     arm.X_WB = pose(entry_.base_m, entry_.base_rpy_rad);
     arm.X_LE = pose(entry_.tool_m, entry_.tool_rpy_rad);
-    add_joints(arm);
+    if (entry_.joints.empty() == entry_.chain.urdf.empty())
+      fail("joints", "there is none, expected joints, or a chain of a URDF");
+    entry_.joints.empty() ? add_chain(arm) : add_joints(arm);
     add_balls(arm);
     for (const std::string& group : entry_.obstacle_groups) {
       arm.env_groups.push_back(group_index("obstacle_groups", group));
@@ -158,20 +195,94 @@ class Builder {
     }
   }
 
+  void add_chain(kin::ArmModel& arm) {
+    const ChainEntry& chain = entry_.chain;
+    const robot::RobotTree tree =
+        robot::read_urdf(urdf_of(runtime::find_model_file(file_), chain.urdf));
+    const int base = tree.require_link(chain.base);
+    std::vector<int> way;
+    for (int l = tree.require_link(chain.tip); l != base; l = tree.link(l).parent) {
+      if (l < 0) fail("chain", "link '" + chain.base + "' does not carry '" + chain.tip + "'");
+      way.insert(way.begin(), l);
+    }
+    Eigen::Isometry3d X_BL = Eigen::Isometry3d::Identity();
+    std::vector<kin::JointAxis> axes;
+    std::vector<const robot::Link*> moved;
+    links_[chain.base] = {0, X_BL};
+    for (const int l : way) {
+      const robot::Link& link = tree.link(l);
+      X_BL = X_BL * link.X_PJ;
+      if (link.type == robot::JointType::prismatic)
+        fail("chain", "joint '" + link.joint + "' is prismatic, expected turning ones");
+      if (link.type == robot::JointType::revolute) {
+        axes.push_back({X_BL.translation(), X_BL.linear() * link.axis});
+        moved.push_back(&link);
+      }
+      links_[link.name] = {static_cast<int>(axes.size()), X_BL};
+    }
+    if (axes.empty()) fail("chain", "no joint turns");
+    set_limits(arm, moved);
+    const kin::DhRows rows = kin::dh_rows(axes);
+    arm.links = rows.links;
+    arm.X_WB = arm.X_WB * rows.frames.front();
+    arm.X_LE = rows.frames.back().inverse() * X_BL * arm.X_LE;
+    for (auto& [name, place] : links_)
+      place.X_FL = rows.frames[static_cast<std::size_t>(place.frame)].inverse() * place.X_FL;
+  }
+
+  void set_limits(kin::ArmModel& arm, const std::vector<const robot::Link*>& moved) const {
+    constexpr double kWholeTurn = 6.28;
+    const ChainEntry& chain = entry_.chain;
+    const auto n = static_cast<Eigen::Index>(moved.size());
+    if (std::ssize(chain.a_max_rad_s2) != n) {
+      fail("chain", std::to_string(chain.a_max_rad_s2.size()) +
+                        " numbers in a_max_rad_s2, expected " + std::to_string(n) +
+                        ", one for each joint that turns");
+    }
+    if (!chain.home_rad.empty() && std::ssize(chain.home_rad) != n)
+      fail("chain", "expected " + std::to_string(n) + " numbers in home_rad, or none");
+    for (Eigen::VectorXd* v : {&arm.q_min, &arm.q_max, &arm.v_max, &arm.a_max, &arm.home})
+      v->setZero(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const robot::Link& link = *moved[static_cast<std::size_t>(i)];
+      arm.q_min[i] = std::max(link.lower, -kWholeTurn);
+      arm.q_max[i] = std::min(link.upper, kWholeTurn);
+      arm.v_max[i] = link.max_speed;
+      if (!(link.max_speed > 0.0) || std::isinf(link.max_speed) || arm.q_min[i] >= arm.q_max[i])
+        fail("chain", "joint '" + link.joint + "' has no limits of angle and velocity");
+      arm.a_max[i] = chain.a_max_rad_s2[static_cast<std::size_t>(i)];
+      if (!chain.home_rad.empty()) arm.home[i] = chain.home_rad[static_cast<std::size_t>(i)];
+      if (arm.home[i] < arm.q_min[i] || arm.home[i] > arm.q_max[i])
+        fail("chain", "home_rad of joint '" + link.joint + "' is outside its limits");
+    }
+  }
+
   void add_balls(kin::ArmModel& arm) const {
     for (std::size_t i = 0; i < entry_.balls.size(); ++i) {
       const BallEntry& ball = entry_.balls[i];
       const std::string key = "balls[" + std::to_string(i) + "]";
       if (ball.frame > arm.dof()) fail(key, "frame is above the number of joints");
-      arm.balls.push_back({.frame = ball.frame,
+      LinkPlace place{ball.frame, Eigen::Isometry3d::Identity()};
+      if (!ball.link.empty() || !links_.empty()) {
+        const auto found = links_.find(ball.link);
+        if (found == links_.end()) fail(key, "no link '" + ball.link + "' in the chain of joints");
+        place = found->second;
+      }
+      arm.balls.push_back({.frame = place.frame,
                            .group = group_index(key, ball.group),
-                           .center = Eigen::Vector3d::Map(ball.center_m.data()),
+                           .center = place.X_FL * Eigen::Vector3d::Map(ball.center_m.data()),
                            .radius = ball.radius_m});
     }
   }
 
+  struct LinkPlace {
+    int frame = 0;  // Denavit-Hartenberg
+    Eigen::Isometry3d X_FL;
+  };
+
   const std::string& file_;
   const ArmFile& entry_;
+  std::map<std::string, LinkPlace> links_;  // of the chain
 };
 
 }  // namespace
@@ -185,8 +296,6 @@ kin::ArmModel load_arm(const std::string& file) {
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 struct FrameEntry {
   std::string name, link;
@@ -257,23 +366,9 @@ BipedEntry read_entry(const std::string& path) {
   return entry;
 }
 
-std::string urdf_of(const std::string& path, const BipedEntry& entry) {
-  const std::string kShared = "shared:";
-  const bool shared = entry.urdf.starts_with(kShared);
-  const fs::path urdf = shared ? shared_data(entry.urdf.substr(kShared.size()))
-                               : fs::path(path).parent_path() / entry.urdf;
-  std::error_code ignored;
-  if (entry.urdf.empty() || !fs::is_regular_file(urdf, ignored)) {
-    throw ConfigError(path + ": urdf: no file '" + urdf.string() +
-                      (shared ? "', expected in the shared folder ($MIMESIS_SHARED)"
-                              : "', expected one beside this file"));
-  }
-  return urdf.lexically_normal().string();
-}
-
 /// The URDF's robot with the file's frames.
 robot::RobotTree tree_of(const std::string& path, const BipedEntry& entry) {
-  const robot::RobotTree bare = robot::read_urdf(urdf_of(path, entry));
+  const robot::RobotTree bare = robot::read_urdf(urdf_of(path, entry.urdf));
   std::vector<robot::Link> links = bare.links();
   for (const FrameEntry& frame : entry.frames) {
     robot::Link link;
@@ -347,7 +442,7 @@ double rate_of_robot(const std::string& file) {
 
 std::string urdf_of_biped(const std::string& file) {
   const std::string path = runtime::find_model_file(file);
-  return urdf_of(path, read_entry(path));
+  return urdf_of(path, read_entry(path).urdf);
 }
 
 }  // namespace mimesis::model

@@ -2,12 +2,23 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
 
 namespace mimesis::model {
 namespace {
 
 using runtime::ParamVisitor;
+
+struct ObstacleEntry {
+  std::vector<double> center_m;
+  double radius_m = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("center_m", center_m, -10.0, 10.0, 3);
+    v("radius_m", radius_m, 1e-4, 10.0);
+  }
+};
 
 struct BoxEntry {
   std::string name;
@@ -33,7 +44,9 @@ struct GoalEntry {
 };
 
 struct TableFile {
+  bool with_bridge = true, with_object = true;  // are demanded
   double surface_z_m = 0.0;
+  std::vector<ObstacleEntry> balls;
   kin::BridgeShape bridge;
   std::vector<BoxEntry> boxes;
   std::vector<GoalEntry> goals;
@@ -42,6 +55,15 @@ struct TableFile {
 
   void visit(ParamVisitor& v) {
     v("surface_z_m", surface_z_m, -10.0, 10.0);
+    list(v, "balls", balls);
+    if (with_bridge) visit_bridge(v);
+    list(v, "boxes", boxes);
+    list(v, "goals", goals);
+    if (with_object) visit_object(v);
+  }
+
+ private:
+  void visit_bridge(ParamVisitor& v) {
     v.group("bridge", [this](ParamVisitor& g) {
       g("x_m", bridge.x, -10.0, 10.0);
       g("half_width_m", bridge.half_width, 0.01, 10.0);
@@ -49,8 +71,8 @@ struct TableFile {
       g("ball_radius_m", bridge.ball_radius, 1e-3, 1.0);
       g("max_spacing_m", bridge.max_spacing, 1e-3, 1.0);
     });
-    list(v, "boxes", boxes);
-    list(v, "goals", goals);
+  }
+  void visit_object(ParamVisitor& v) {
     v.group("object", [this](ParamVisitor& g) {
       g("position_m", object_position_m, -10.0, 10.0, 3);
       g("radius_m", object_radius_m, 1e-3, 1.0);
@@ -79,33 +101,53 @@ std::string name_of(v1::Goal goal) {
   return goal == v1::GOAL_LOW ? "low" : "";
 }
 
-}  // namespace
-
-kin::Table load_table(const std::string& file, std::optional<double> bridge_height) {
-  TableFile entry;
-  runtime::load_params(file, [&](ParamVisitor& v) { entry.visit(v); });
-  kin::BridgeShape bridge = entry.bridge;
-  bridge.surface_z = entry.surface_z_m;
-  bridge.height = bridge_height.value_or(bridge.height);
-  if (bridge.height < bridge.ball_radius) {
-    throw ConfigError(file + ": bridge: height_m is below ball_radius_m");
-  }
-
+kin::Table table_of(const std::string& file, const TableFile& entry,
+                    std::optional<double> bridge_height) {
   kin::Table table;
-  table.balls = kin::bridge_balls(bridge);
-  table.bridge_center = kin::bar_center(bridge);
-  table.bridge_height = bridge.height;
-  table.bridge_half_width = bridge.half_width;
+  if (entry.with_bridge) {
+    kin::BridgeShape bridge = entry.bridge;
+    bridge.surface_z = entry.surface_z_m;
+    bridge.height = bridge_height.value_or(bridge.height);
+    if (bridge.height < bridge.ball_radius) {
+      throw ConfigError(file + ": bridge: height_m is below ball_radius_m");
+    }
+    table.balls = kin::bridge_balls(bridge);
+    table.bridge_center = kin::bar_center(bridge);
+    table.bridge_height = bridge.height;
+    table.bridge_half_width = bridge.half_width;
+  }
+  for (const ObstacleEntry& ball : entry.balls) {
+    table.balls.push_back({vector(ball.center_m), ball.radius_m});
+  }
   for (const BoxEntry& box : entry.boxes) {
     table.boxes.push_back({vector(box.center_m), vector(box.half_extent_m), box.name});
   }
   for (const GoalEntry& goal : entry.goals) {
     table.goals.push_back({goal.name, vector(goal.position_m), goal.radius_m});
   }
-  table.object = vector(entry.object_position_m);
-  table.object_radius = entry.object_radius_m;
-  table.object_height = entry.object_height_m;
+  if (entry.with_object) {
+    table.object = vector(entry.object_position_m);
+    table.object_radius = entry.object_radius_m;
+    table.object_height = entry.object_height_m;
+  }
   return table;
+}
+
+}  // namespace
+
+kin::Table load_table(const std::string& file, std::optional<double> bridge_height) {
+  TableFile entry;
+  runtime::load_params(file, [&](ParamVisitor& v) { entry.visit(v); });
+  return table_of(file, entry, bridge_height);
+}
+
+kin::Table load_scene(const std::string& file) {
+  const runtime::ParamSource source(runtime::find_model_file(file), {}, {});
+  TableFile entry;
+  entry.with_bridge = source.gives("bridge");
+  entry.with_object = source.gives("object");
+  source.read("", [&](ParamVisitor& v) { entry.visit(v); });
+  return table_of(file, entry, {});
 }
 
 v1::Scene to_proto(const kin::Table& table) {

@@ -19,6 +19,7 @@
 #include "experiments/fields/figures.h"
 #include "experiments/harness/figure.h"
 #include "experiments/motion/figures.h"
+#include "experiments/planning/figures.h"
 #include "experiments/sight/figures.h"
 #include "experiments/walk/figures.h"
 #include "tools/mimesis/number_check.h"
@@ -40,6 +41,7 @@ constexpr int kFailed = 1, kUsage = 2, kNotFound = 3;
 std::vector<Figure> all_figures() {
   std::vector<Figure> all;
   std::ranges::move(cognition::figures(), std::back_inserter(all));
+  std::ranges::move(planner::figures(), std::back_inserter(all));
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
   std::ranges::move(crowd::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));

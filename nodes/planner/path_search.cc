@@ -72,27 +72,6 @@ Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::Vector
   return local;
 }
 
-/// Plans again in the refined neighbourhood of the path; keeps the shorter one.
-std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int> path,
-                                           CollisionChecker& checker, const PostureCost& cost,
-                                           const SearchSettings& settings) {
-  std::vector<Eigen::VectorXd> best = postures_of(whole, path);
-  std::vector<Eigen::VectorXd> set = refined_set(whole, path);
-  for (int iteration = 0; iteration < settings.online_refinements; ++iteration) {
-    Network local(checker, cost);
-    local.take(local_roadmap(checker, set, path.size(), settings.neighbours));
-    const int goal =
-        static_cast<int>(path.size()) - 1;  // the path's nodes are the first ones of the set
-    int waves = settings.max_waves;
-    path = local.search(0, std::span(&goal, 1), waves);
-    if (path.empty()) break;
-    const std::vector<Eigen::VectorXd> found = postures_of(local, path);
-    if (path_length(found) < path_length(best)) best = found;
-    set = refined_set(local, path);
-  }
-  return best;
-}
-
 std::string why_blocked(CollisionChecker& checker, std::span<const Eigen::VectorXd> goals) {
   if (goals.empty()) return "no posture reaches the goal";
   const auto contact = checker.contact(goals.front());
@@ -205,6 +184,26 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
   found.waypoints =
       shortened(std::move(found.waypoints), certify, settings.shortcuts, settings.seed);
   return found;
+}
+
+std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int> path,
+                                           CollisionChecker& checker, const PostureCost& cost,
+                                           const SearchSettings& settings) {
+  std::vector<Eigen::VectorXd> best = postures_of(whole, path);
+  std::vector<Eigen::VectorXd> set = refined_set(whole, path);
+  for (int iteration = 0; iteration < settings.online_refinements; ++iteration) {
+    Network local(checker, cost);
+    local.take(local_roadmap(checker, set, path.size(), settings.neighbours));
+    const int goal =
+        static_cast<int>(path.size()) - 1;  // the path's nodes are the first ones of the set
+    int waves = settings.max_waves;
+    path = local.search(0, std::span(&goal, 1), waves);
+    if (path.empty()) break;
+    const std::vector<Eigen::VectorXd> found = postures_of(local, path);
+    if (path_length(found) < path_length(best)) best = found;
+    set = refined_set(local, path);
+  }
+  return best;
 }
 
 void Network::take(const Roadmap& roadmap) {

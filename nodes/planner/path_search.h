@@ -101,4 +101,10 @@ class Network {
   int links_checked_ = 0;
 };
 
+/// On-line refinement [M18 2.3.2, fig. 2.14]: plans again among means of the path's nodes and their
+/// neighbours, `online_refinements` times; keeps the shortest path.
+std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int> path,
+                                           CollisionChecker& checker, const PostureCost& cost,
+                                           const SearchSettings& settings);
+
 }  // namespace mimesis::planner

@@ -145,7 +145,7 @@ SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& 
                                              const kin::Table& planned, const kin::Table& now) {
     const Obstacles moved = moved_obstacles(planned, now, 0.5 * margin);
     return (moved.balls.empty() && moved.boxes.empty()) ||
-           keeps_clear(arm, plan, first, moved, 0.5 * margin);
+           keeps_clear(arm, planned, plan, first, moved, 0.5 * margin);
   };
   return s;
 }

@@ -16,9 +16,9 @@ constexpr double kJump = 0.35;
 constexpr double kGateHalfThickness = 0.01;  // [m]
 constexpr double kStanding = 0.002;          // overlap of an object and its support [m]
 constexpr double kFar = 2.0;                 // beyond the reach of the arm [m]
-// Stops that leave the path keep this share of the margin. They are certified up to the pace at
-// which the bridge catches up (hw/bridge/command_track.cc).
-constexpr double kStopMargin = 0.5, kPace = 1.2;
+// Stops that leave the path are certified up to the pace at which the bridge catches up
+// (hw/bridge/command_track.cc).
+constexpr double kPace = 1.2;
 
 using Way = std::vector<Eigen::VectorXd>;
 
@@ -141,21 +141,10 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
 bool TaskPlanner::add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
                              const Obstacles& obstacles, double speed) const {
   if (path_length(waypoints) < 1e-9) return true;
-  CollisionChecker checker(arm_, obstacles, settings_.margin_m);
-  CollisionChecker stops(arm_, obstacles, kStopMargin * settings_.margin_m);
-  const SmoothPath path(waypoints, settings_.corner_rad,
-                        [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
-  auto motion = time_optimal(
-      path, speed * arm_.v_max, speed * arm_.a_max, settings_.period_s, [&](Stops those) {
-        those.v0 *= kPace;
-        those.v1 *= kPace;
-        those.a = arm_.a_max;
-        those.delay_s = (1 + arm_.extrapolated_cycles) * settings_.period_s / kPace;
-        return stops.certify_stops(those);
-      });
+  auto motion = timed_motion(arm_, phase, waypoints, obstacles, speed, settings_);
   if (!motion) return false;
-  plan.path_length_rad += path.length();
-  plan.motions.push_back({phase, path.curves(), obstacles, std::move(*motion)});
+  plan.path_length_rad += motion->length_rad;
+  plan.motions.push_back(std::move(*motion));
   return true;
 }
 
@@ -231,7 +220,40 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
   return tl::unexpected(failure);
 }
 
+/// Where the middle of the held object is at a sample of the motion, in W.
+Eigen::Vector3d held_center(const kin::ArmModel& arm, const PlannedMotion& motion,
+                            Eigen::Index sample) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const kin::Ball& ball : motion.obstacles.held) sum += ball.center;
+  return kin::end_effector(arm, motion.trajectory.position.col(sample)) *
+         (sum / static_cast<double>(motion.obstacles.held.size()));
+}
+
 }  // namespace
+
+double stop_delay_s(const kin::ArmModel& arm, double period_s) {
+  return (1 + arm.extrapolated_cycles) * period_s;
+}
+
+std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
+                                          const std::vector<Eigen::VectorXd>& waypoints,
+                                          const Obstacles& obstacles, double speed,
+                                          const TaskSettings& settings) {
+  CollisionChecker checker(arm, obstacles, settings.margin_m);
+  CollisionChecker stops(arm, obstacles, kStopMargin * settings.margin_m);
+  const SmoothPath path(waypoints, settings.corner_rad,
+                        [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
+  auto motion =
+      time_optimal(path, speed * arm.v_max, speed * arm.a_max, settings.period_s, [&](Stops those) {
+        those.v0 *= kPace;
+        those.v1 *= kPace;
+        those.a = arm.a_max;
+        those.delay_s = stop_delay_s(arm, settings.period_s) / kPace;
+        return stops.certify_stops(those);
+      });
+  if (!motion) return std::nullopt;
+  return PlannedMotion{phase, path.curves(), obstacles, std::move(*motion), path.length()};
+}
 
 std::optional<std::vector<Eigen::VectorXd>> straight_way(const kin::ArmModel& arm,
                                                          const Eigen::VectorXd& start,
@@ -385,12 +407,23 @@ Obstacles moved_obstacles(const kin::Table& planned, const kin::Table& now, doub
   return moved;
 }
 
-bool keeps_clear(const kin::ArmModel& arm, const TaskPlan& plan, std::size_t first,
-                 const Obstacles& moved, double margin_m) {
+bool keeps_clear(const kin::ArmModel& arm, const kin::Table& table, const TaskPlan& plan,
+                 std::size_t first, const Obstacles& moved, double margin_m) {
   for (std::size_t i = first; i < plan.motions.size(); ++i) {
     const PlannedMotion& motion = plan.motions[i];
     Obstacles obstacles{moved.balls, moved.boxes, motion.obstacles.held, {}};
-    if (!motion.obstacles.supports.empty()) obstacles.supports.swap(obstacles.boxes);
+    if (!motion.obstacles.supports.empty()) {
+      // The object may stand on what moved, as on any box: not its balls count, which reach into
+      // the box, but the upright cylinder that it sweeps.
+      obstacles.supports.swap(obstacles.boxes);
+      kin::Table swept;
+      swept.boxes = moved.boxes;
+      swept.object_radius = table.object_radius + margin_m;
+      const Eigen::Vector3d from = held_center(arm, motion, 0),
+                            to = held_center(arm, motion, motion.trajectory.samples() - 1);
+      swept.object_height = table.object_height + std::abs(to.z() - from.z());
+      if (place_blocked(swept, 0.5 * (from + to))) return false;
+    }
     CollisionChecker checker(arm, obstacles, margin_m);
     for (const auto& curve : motion.curves) {
       if (!checker.certify_curve(curve)) return false;

@@ -95,7 +95,22 @@ struct PlannedMotion {
   std::vector<Eigen::MatrixXd> curves;  ///< the path: Bézier control points (see SmoothPath) [rad]
   Obstacles obstacles;                  ///< obstacles that `curves` are certified against
   JointTrajectory trajectory;
+  double length_rad = 0.0;  ///< of the path
 };
+
+/// Stops that leave the path keep this share of the margin [1].
+inline constexpr double kStopMargin = 0.5;
+/// In this time after the last set-point drives may begin to stop by themselves [s].
+double stop_delay_s(const kin::ArmModel& arm, double period_s);
+
+/// The motion through `waypoints`, whose lines are certified: corners rounded, timed within `speed`
+/// (share of the model's limits) so that it can be stopped everywhere. Empty if it cannot, however
+/// slow it is.
+/// @param waypoints  at least two that differ
+std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
+                                          const std::vector<Eigen::VectorXd>& waypoints,
+                                          const Obstacles& obstacles, double speed,
+                                          const TaskSettings& settings);
 
 /// All motions of the task, complete before the first one starts. The hand closes after the
 /// approach and opens before the retreat.
@@ -127,8 +142,10 @@ tl::expected<TaskPlan, Status> plan_task(const kin::ArmModel& arm, const kin::Ta
 /// them. What is gone is in nobody's way.
 Obstacles moved_obstacles(const kin::Table& planned, const kin::Table& now, double tolerance_m);
 
-/// The motions from the `first` on keep clear of these balls and boxes, too; certified.
-bool keeps_clear(const kin::ArmModel& arm, const TaskPlan& plan, std::size_t first,
-                 const Obstacles& moved, double margin_m);
+/// The motions from the `first` on keep clear of these balls and boxes, too; certified. While the
+/// object is lifted or lowered it may stand on a moved box, but not enter it. `table`: the object's
+/// size.
+bool keeps_clear(const kin::ArmModel& arm, const kin::Table& table, const TaskPlan& plan,
+                 std::size_t first, const Obstacles& moved, double margin_m);
 
 }  // namespace mimesis::planner

@@ -56,8 +56,9 @@ class Playback {
   /// The positions of the next periods, up to rest: n × at most `periods` [rad].
   Eigen::MatrixXd ahead(Eigen::Index periods) const;
 
-  Eigen::VectorXd position() const;  ///< [rad]
-  Eigen::VectorXd velocity() const;  ///< [rad/s]
+  double place_s() const { return at_; }  ///< σ
+  Eigen::VectorXd position() const;       ///< [rad]
+  Eigen::VectorXd velocity() const;       ///< [rad/s]
 
  private:
   /// Sample before `at_` and the part of a period since then.

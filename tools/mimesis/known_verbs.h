@@ -23,6 +23,7 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"top", "Shows the nodes of a graph with load and health, once a second"},
     KnownVerb{"doctor", "Looks at this computer: what keeps a graph from running well"},
     KnownVerb{"completion", "Prints the completion of bash, zsh or fish"},
+    KnownVerb{"plan", "Plans a motion or a task of an arm, and proves written plans again"},
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
     KnownVerb{"cognition", "Says why the neural fields decided as they did"},
     KnownVerb{"calibrate", "Calibrates cameras from pictures of a chessboard"},

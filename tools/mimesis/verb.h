@@ -27,6 +27,7 @@ void add_node(CLI::App& program, int& exit_code);
 void add_log(CLI::App& program, int& exit_code);
 void add_crowd(CLI::App& program, int& exit_code);
 void add_cognition(CLI::App& program, int& exit_code);
+void add_plan(CLI::App& program, int& exit_code);
 void add_calibrate(CLI::App& program, int& exit_code);
 void add_vision(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);

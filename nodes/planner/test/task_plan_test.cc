@@ -264,11 +264,38 @@ TEST(KeepsClear, RefusesABallOnTheWayThatIsLeft) {
   };
   const std::size_t transport = 3;
   const Obstacles on_the_reach{{{hand_in_the_middle_of(0), 0.01}}, {}, {}, {}};
-  EXPECT_FALSE(keeps_clear(d.arm, *plan, 0, on_the_reach, 1e-3));
+  EXPECT_FALSE(keeps_clear(d.arm, d.table, *plan, 0, on_the_reach, 1e-3));
   const Obstacles on_the_way{{{hand_in_the_middle_of(transport), 0.01}}, {}, {}, {}};
-  EXPECT_FALSE(keeps_clear(d.arm, *plan, transport, on_the_way, 1e-3));
+  EXPECT_FALSE(keeps_clear(d.arm, d.table, *plan, transport, on_the_way, 1e-3));
   const Obstacles elsewhere{{{{-0.9, 0.0, 0.5}, 0.05}}, {}, {}, {}};
-  EXPECT_TRUE(keeps_clear(d.arm, *plan, 0, elsewhere, 1e-3));
+  EXPECT_TRUE(keeps_clear(d.arm, d.table, *plan, 0, elsewhere, 1e-3));
+}
+
+TEST(KeepsClear, LetsTheObjectStandOnWhatMovedButNotEnterIt) {
+  const Demo& d = demo();
+  const auto plan = d.plan(kAboveHigh);
+  ASSERT_TRUE(plan) << plan.error().reason;
+  const std::size_t lowering = 4;
+  ASSERT_FALSE(plan->motions[lowering].obstacles.supports.empty());
+  const kin::Box& stand = d.table.boxes[2];
+  ASSERT_EQ(stand.name, "high stand");
+  const auto with = [&](const Eigen::Vector3d& shift, double higher) {
+    kin::Box box = stand;
+    box.center += shift;
+    box.half_extent.z() += 0.5 * higher;
+    box.center.z() += 0.5 * higher;
+    return keeps_clear(d.arm, d.table, *plan, lowering, {{}, {box}, {}, {}}, 1e-3);
+  };
+  EXPECT_TRUE(with({0.003, -0.002, 0.0}, 0.0)) << "the object still stands on it";
+  EXPECT_TRUE(with({0.0, 0.0, -0.03}, 0.0)) << "lower: it is let go above";
+  for (const double higher : {0.004, 0.01, 0.03}) EXPECT_FALSE(with({}, higher)) << higher;
+  // The lift of the object from its plinth: a thin shelf over it, and one beside the object.
+  const auto shelf = [&](const Eigen::Vector3d& from_object) {
+    const kin::Box box{d.table.object + from_object, {0.01, 0.01, 0.002}, "shelf"};
+    return keeps_clear(d.arm, d.table, *plan, 2, {{}, {box}, {}, {}}, 1e-3);
+  };
+  EXPECT_FALSE(shelf({0.028, 0.0, -0.02}));
+  EXPECT_TRUE(shelf({0.0, 0.06, -0.05}));
 }
 
 TEST(RefreshedRoadmap, IsTheSameAfterNoiseAndMovesOnlyWhatIsTouched) {

@@ -1,0 +1,11 @@
+#pragma once
+#include <vector>
+
+#include "experiments/harness/figure.h"
+
+namespace mimesis::planner {
+
+/// Path planning [M18 2.3.2, figures 2.6 to 2.16].
+std::vector<reproduce::Figure> figures();
+
+}  // namespace mimesis::planner
