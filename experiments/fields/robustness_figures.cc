@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
@@ -82,11 +84,11 @@ constexpr int kDiffering[kViews.size()][kChanges.size()][2] = {
     {{8, 8}, {8, 8}, {4, 4}, {0, 0}, {4, 4}, {4, 4}, {0, 0}},
     {{4, 4}, {4, 4}, {4, 4}, {4, 4}, {2, 2}, {2, 2}, {2, 2}}};
 
-Decision decide(Imitator& robot, Demonstration shown, const View& view) {
+Decision decide(Imitator& robot, Demonstration shown, const View& view, bool anew = true) {
   constexpr double kPeriod_s = 0.01;
   shown.goal_confidence = view.goal_confidence;
   if (view.goal_confidence == 0.0) shown.goal = Goal::unknown;
-  robot.observe({}, false, kPeriod_s);
+  if (anew) robot.observe({}, false, kPeriod_s);
   robot.observe(shown, true, kPeriod_s);
   for (int refused = 0;; ++refused) {
     while (robot.stage() == Imitator::Stage::deciding) robot.advance(kPeriod_s, false);
@@ -128,6 +130,61 @@ Report sensitivity(const PlotDir&) {
   return report;
 }
 
+/// When PFC becomes active for the high goal of that confidence, shown alone [s]; negative: never.
+double goal_onset_s(const std::vector<std::string>& goals, double confidence) {
+  Imitator robot({.goals = goals}, load_architecture());
+  robot.observe({.goal = Goal::high, .goal_confidence = confidence}, true, 0.01);
+  while (robot.stage() == Imitator::Stage::deciding) robot.advance(0.01, false);
+  return robot.reasons().fields()[index(Layer::pfc)].onset_s;
+}
+
+/// Of the eight demonstrations, seen grip, transport, goal in turn, those that are decided as if
+/// all had begun together.
+int decided_alike(double order_s) {
+  Imitator together({}, load_architecture()), in_turn({.order_s = order_s}, load_architecture());
+  int alike = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Demonstration all{.grip = static_cast<Grip>(1 + i / 4),
+                            .transport = static_cast<Transport>(1 + i / 2 % 2),
+                            .goal = static_cast<Goal>(1 + i % 2)};
+    in_turn.observe({}, false, 0.01);
+    in_turn.observe({.grip = all.grip}, false, 0.01);
+    in_turn.observe({.grip = all.grip, .transport = all.transport}, false, 0.01);
+    alike += decide(in_turn, all, kViews[0], false) == decide(together, all, kViews[0]) ? 1 : 0;
+  }
+  return alike;
+}
+
+/// Number, identity and probability of goals [M18 2.2.1]; order in time.
+Report task(const PlotDir&) {
+  Report report;
+  const std::array<std::vector<std::string>, 5> goals = {
+      {{"high"}, {"high=0.8", "low"}, {"high", "low"}, {"high=0.2", "low"}, {"low"}}};
+  double before_s = 0.0;
+  for (const auto& [i, name] : {std::pair{0, "certain"},
+                                {1, "of probability 0.8"},
+                                {2, "one of two"},
+                                {3, "of probability 0.2"},
+                                {4, "not of the task"}}) {
+    const double onset_s = goal_onset_s(goals[static_cast<std::size_t>(i)], 1.0);
+    report.rows.push_back(at_least(std::string("onset of PFC, goal ") + name, 1000.0 * onset_s,
+                                   1000.0 * before_s + 0.5, "ms",
+                                   "what is expected is faster: later than the row above"));
+    before_s = onset_s;
+  }
+  report.rows.push_back(holds(
+      "a glimpse (confidence 0.2) is enough for a goal of 0.9, not of 0.1",
+      goal_onset_s({"high=0.9", "low"}, 0.2) > 0.0 && goal_onset_s({"high=0.1", "low"}, 0.2) < 0.0,
+      goal()));
+  for (const auto& [order_s, alike] :
+       {std::pair{0.005, 8}, {0.01, 6}, {0.02, 6}, {0.03, 6}, {0.04, 4}, {0.06, 4}}) {
+    report.rows.push_back(near(fmt::format("{:.0f} ms apart: decided alike", 1000.0 * order_s),
+                               decided_alike(order_s), goal(alike), 0.0, "1",
+                               "of eight demonstrations; a change must be meant"));
+  }
+  return report;
+}
+
 }  // namespace
 
 void add_robustness_figures(std::vector<reproduce::Figure>& to) {
@@ -143,6 +200,11 @@ void add_robustness_figures(std::vector<reproduce::Figure>& to) {
                 "own",
                 {.goal = 70},
                 sensitivity});
+  to.push_back({"fields-task",
+                "What the task leads to expect, and what the order in time decides",
+                "own",
+                {.goal = 12},
+                task});
 }
 
 }  // namespace mimesis::cognition

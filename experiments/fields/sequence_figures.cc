@@ -7,7 +7,7 @@
 
 #include "common/plot/gnuplot.h"
 #include "experiments/fields/figures.h"
-#include "nodes/cognition/transient_field.h"
+#include "nodes/cognition/neural_field.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -26,11 +26,26 @@ using PlotDir = std::optional<std::filesystem::path>;
 constexpr double kFieldStep_s = 0.002, kInput_s = 0.06, kMiddle = 32.0;
 constexpr std::size_t kN = 64;
 
+using Field = NeuralField<double>;
+
+/// A transient field (a working set of constants: M18 prints none).
+FieldParams transient() {
+  FieldParams p;
+  p.neurons = 64;
+  p.resting_level = -2.0;
+  p.threshold1 = 0.0;
+  p.excitation = 1.3;
+  p.width = 3.0;
+  p.inhibition = 0.0;
+  p.decay = 0.6;
+  return p;
+}
+
 long steps_of(double s) { return std::lround(s / kFieldStep_s); }
-double peak_of(const TransientField& f) { return std::ranges::max(f.activity()); }
+double peak_of(const Field& f) { return std::ranges::max(f.activity()); }
 
 /// The input of an event: a Gaussian in the middle.
-void excite(TransientField& f) {
+void excite(Field& f) {
   for (std::size_t i = 0; i < f.input().size(); ++i) {
     f.input()[i] += 4.0 * std::exp(-0.5 * std::pow((static_cast<double>(i) - kMiddle) / 4.0, 2));
   }
@@ -39,17 +54,19 @@ void excite(TransientField& f) {
 /// A field for each event of a sequence, with shunted links from every one to every other.
 class Chain {
  public:
-  Chain(std::size_t events, double threshold) : fields_(events, TransientField({}, kFieldStep_s)) {
-    ShuntedParams rule;
-    rule.threshold = threshold;
-    links_.assign(events * events, ShuntedLink(rule, kFieldStep_s, kN, kN, 0.02));
+  /// @param gain of the links in replay()
+  Chain(std::size_t events, double threshold, double gain = 1.0)
+      : fields_(events, Field(transient(), kFieldStep_s)),
+        links_(events * events, Link<double>(kN, kN, gain)) {
+    rule_.threshold = threshold;
+    for (Link<double>& link : links_) link.fill(0.02);
   }
 
   /// Shows the events in order, one after the other by `delay_s`. Links learn, but do not act yet.
   void train(double delay_s, int trials) {
     const double end_s = delay_s * static_cast<double>(fields_.size() - 1) + 0.6;
     for (int trial = 0; trial < trials; ++trial) {
-      for (TransientField& f : fields_) f.reset();
+      for (Field& f : fields_) f.reset();
       for (long k = 0; k < steps_of(end_s); ++k) {
         for (std::size_t e = 0; e < fields_.size(); ++e) {
           const long onset = steps_of(delay_s * static_cast<double>(e));
@@ -59,7 +76,8 @@ class Chain {
         for (std::size_t to = 0; to < fields_.size(); ++to) {
           for (std::size_t from = 0; from < fields_.size(); ++from) {
             if (from == to) continue;
-            link(from, to).learn(fields_[to].activity(), fields_[to].rate(), fields_[from].rate());
+            link(from, to).learn_shunted(fields_[to].activity(), fields_[to].rate(),
+                                         fields_[from].rate(), rule_, kFieldStep_s);
           }
         }
       }
@@ -67,14 +85,14 @@ class Chain {
   }
 
   /// Starts from one event alone: max u of each field over time.
-  std::vector<std::vector<double>> replay(std::size_t first, double gain, double duration_s) {
+  std::vector<std::vector<double>> replay(std::size_t first, double duration_s) {
     std::vector<std::vector<double>> courses(fields_.size());
-    for (TransientField& f : fields_) f.reset();
+    for (Field& f : fields_) f.reset();
     for (long k = 0; k < steps_of(duration_s); ++k) {
       if (k < steps_of(kInput_s)) excite(fields_[first]);
       for (std::size_t to = 0; to < fields_.size(); ++to) {
         for (std::size_t from = 0; from < fields_.size(); ++from) {
-          if (from != to) link(from, to).transmit(fields_[from].rate(), gain, fields_[to].input());
+          if (from != to) link(from, to).transmit(fields_[from].rate(), fields_[to].input());
         }
       }
       for (std::size_t e = 0; e < fields_.size(); ++e) {
@@ -95,10 +113,13 @@ class Chain {
   }
 
  private:
-  ShuntedLink& link(std::size_t from, std::size_t to) { return links_[from * fields_.size() + to]; }
+  Link<double>& link(std::size_t from, std::size_t to) {
+    return links_[from * fields_.size() + to];
+  }
 
-  std::vector<TransientField> fields_;
-  std::vector<ShuntedLink> links_;
+  std::vector<Field> fields_;
+  std::vector<Link<double>> links_;
+  ShuntedParams rule_;
 };
 
 /// Time of the first u > 0, NaN if never [ms].
@@ -108,10 +129,11 @@ double onset_ms(const std::vector<double>& course) {
                             : 1000.0 * kFieldStep_s * static_cast<double>(at - course.begin() + 1);
 }
 
-std::vector<double> response(double inhibition) {
-  TransientParams p;
-  p.inhibition = inhibition;
-  TransientField f(p, kFieldStep_s);
+std::vector<double> response(double decay) {
+  FieldParams p = transient();
+  p.decay = decay;
+  if (decay == 0.0) p.threshold1 = 1e-9, p.inhibition = 1e-9;  // eq. 2.1 wants some
+  Field f(p, kFieldStep_s);
   std::vector<double> course;
   for (long k = 0; k < steps_of(0.7); ++k) {
     if (k < steps_of(kInput_s)) excite(f);
@@ -145,9 +167,9 @@ Report chain(const PlotDir& dir) {
   report.rows.push_back(near("control, no inhibition: activity after 500 ms", response(0.0)[249],
                              prototype(7.5, "fields.md"), 0.1, "1"));
 
-  Chain trained(3, 7.0), naive(3, 7.0);
+  Chain trained(3, 7.0, kGain), naive(3, 7.0, kGain);
   trained.train(kDelay_s, 10);
-  const auto replay = trained.replay(0, kGain, 1.0);
+  const auto replay = trained.replay(0, 1.0);
   report.rows.push_back(
       holds("from A alone: A, then B, then C",
             onset_ms(replay[0]) < onset_ms(replay[1]) && onset_ms(replay[1]) < onset_ms(replay[2]),
@@ -156,7 +178,7 @@ Report chain(const PlotDir& dir) {
       holds("each answer is transient: all below 0 in the end",
             std::ranges::all_of(replay, [](const auto& course) { return course.back() < 0.0; }),
             published("M18 2.5")));
-  const auto backwards = trained.replay(2, kGain, 1.0), before = naive.replay(0, kGain, 1.0);
+  const auto backwards = trained.replay(2, 1.0), before = naive.replay(0, 1.0);
   report.rows.push_back(
       holds("control, from C alone: nothing else answers",
             std::isnan(onset_ms(backwards[0])) && std::isnan(onset_ms(backwards[1])), goal()));
@@ -177,11 +199,11 @@ Report chain(const PlotDir& dir) {
 /// Two input neurons on one field: their weights, and how they develop.
 class TwoInputs {
  public:
-  TwoInputs() : field_({}, kFieldStep_s), link_(rule(), kFieldStep_s, kN, 2, 0.0) {
+  TwoInputs() : field_(transient(), kFieldStep_s), link_(kN, 2, kGain) {
     for (std::size_t i = 0; i < kN; ++i) {
       for (std::size_t s = 0; s < 2; ++s) {
         const double d = (static_cast<double>(i) - kMiddle + (s == 0 ? 3.0 : -3.0)) / 7.0;
-        link_.weight(i, s) = 0.8 * std::exp(-0.5 * d * d);
+        link_.set_weight(i, s, 0.8 * std::exp(-0.5 * d * d));
       }
     }
   }
@@ -234,24 +256,26 @@ class TwoInputs {
   }
   /// Inputs drive the field for 60 ms and are remembered for 250 ms. The highest u of each neuron.
   std::vector<double> present(double a, double b, bool learn) {
-    constexpr double kGain = 4.0, kNoise = 0.4, kTrace_s = 0.25, kTrial_s = 0.5;
+    constexpr double kNoise = 0.4, kTrace_s = 0.25, kTrial_s = 0.5;
     const std::array<double, 2> shown{a, b}, none{};
     std::vector<double> best(kN, -10.0);
     field_.reset();
     for (long k = 0; k < steps_of(kTrial_s); ++k) {
       for (double& s : field_.input()) s += learn ? kNoise * noise() : 0.0;
-      if (k < steps_of(kInput_s)) link_.transmit(shown, kGain, field_.input());
+      if (k < steps_of(kInput_s)) link_.transmit(shown, field_.input());
       field_.step();
       if (learn) {
-        link_.learn(field_.activity(), field_.rate(), k < steps_of(kTrace_s) ? shown : none);
+        link_.learn_shunted(field_.activity(), field_.rate(), k < steps_of(kTrace_s) ? shown : none,
+                            rule(), kFieldStep_s);
       }
       for (std::size_t i = 0; i < kN; ++i) best[i] = std::max(best[i], field_.activity()[i]);
     }
     return best;
   }
 
-  TransientField field_;
-  ShuntedLink link_;
+  static constexpr double kGain = 4.0;
+  Field field_;
+  Link<double> link_;
   std::mt19937 random_{1};
 };
 
@@ -373,9 +397,9 @@ Report intervals(const PlotDir& dir) {
     std::vector<double> trained, replayed;
     Data d{threshold > 0.0 ? "high" : "low", {}};
     for (double delay_ms = 100.0; delay_ms <= 250.0; delay_ms += 10.0) {
-      Chain two(2, threshold);
+      Chain two(2, threshold, gain);
       two.train(delay_ms / 1000.0, 10);
-      const auto courses = two.replay(0, gain, 0.6);
+      const auto courses = two.replay(0, 0.6);
       trained.push_back(delay_ms);
       replayed.push_back(onset_ms(courses[1]) - onset_ms(courses[0]));
       d.rows.push_back({trained.back(), replayed.back()});

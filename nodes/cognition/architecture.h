@@ -15,6 +15,9 @@ struct FieldSpec {
   std::vector<std::string> sites;
   /// Position of each site [1], in a 2-D field x and y in turn; empty: evenly spaced on a 1-D axis.
   std::vector<double> at{};
+  std::vector<double> spread{};  ///< σ of the inputs at each site [1]; empty: `input.width` for all
+  /// The field must keep what an input ignited (or, with `decay`, end it).
+  bool bistable = true;
 };
 
 /// Synapses from one field to another [M18 fig. 2.5].
@@ -26,8 +29,11 @@ struct LinkSpec {
   /// dense: a weight for each pair of neurons; low_rank: factors of eq. 2.4, which cannot learn;
   /// gaussian: falls with the distance of neurons along the axis that both fields have.
   std::string form = "dense";
-  /// When eq. 2.3 changes it: never; babbling: in the file's own episodes; success: by reward.
+  /// When it learns: never; babbling: by eq. 2.3 in the file's own episodes; success: by eq. 2.3
+  /// when there is a reward; always: by eq. 2.8 in each demonstration. Then `gain` scales what it
+  /// transmits, and `initial` is the weight of all its synapses at the start.
   std::string learns = "never";
+  double initial = 0.02;             ///< [1]
   std::vector<std::string> pairs{};  ///< "SITE>SITE": links by eq. 2.4 from the start
   double width = 5.0;                ///< gaussian: σ [1]
   std::string along = "x";           ///< gaussian: the axis of the 2-D field
@@ -43,13 +49,14 @@ struct InputSpec {
   std::vector<std::string> sites{};  ///< where it acts; empty: everywhere
 };
 
-/// Learning by eq. 2.3.
+/// Learning by eq. 2.3 and 2.8.
 struct LearningSpec {
   double tau_s = 0.4;     ///< τ_s, much longer than the τ of the fields [s]
   double window_s = 2.0;  ///< duration of the reward of a success, and of an episode [s]
   /// Activity that makes a neuron part of a population: u_TH. Below it, what is merely preshaped
   /// would be linked as if it had been decided [1].
   double local_above = 0.0;
+  ShuntedParams shunted{};  ///< of links that learn always
 };
 
 /// Coupled fields as a file describes them (architecture_node.h reads it). Names are resolved and

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "common/runtime/param_source.h"
+#include "nodes/cognition/composer_node.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -20,13 +21,26 @@ void visit(ParamVisitor& v, FieldParams& p) {
   v("threshold2", p.threshold2, -10.0, 10.0);
   v("excitation", p.excitation, 0.0, 100.0);
   v("width", p.width, 0.1, 100.0);
-  v("inhibition", p.inhibition, 1e-6, 100.0);
+  v("inhibition", p.inhibition, -100.0, 100.0);
+  v("gated", p.gated);
+  v("circular", p.circular);
+  v("rational", p.rational);
+  v("surround", p.surround, 0.0, 100.0);
+  v("surround_width", p.surround_width, 0.1, 100.0);
+  v("cutoff", p.cutoff, 1.0, 10.0);
+  v("decay", p.decay, 0.0, 100.0);
+  v("decay_tau_s", p.decay_tau_s, 0.001, 10.0);
+  v("decay_width", p.decay_width, 0.1, 100.0);
+  v("decay_slope", p.decay_slope, 0.1, 50.0);
+  v("decay_threshold", p.decay_threshold, -10.0, 10.0);
 }
 
 void visit(ParamVisitor& v, FieldSpec& f) {
   v("name", f.name);
   v("sites", f.sites);
   v("at", f.at, -1e6, 1e6, 0);
+  v("spread", f.spread, 0.1, 1e6, 0);
+  v("bistable", f.bistable);
   visit(v, f.params);
 }
 
@@ -35,7 +49,8 @@ void visit(ParamVisitor& v, LinkSpec& l) {
   v("to", l.to);
   v("gain", l.gain, 0.0, 50.0);
   v("form", l.form, {"dense", "low_rank", "gaussian"});
-  v("learns", l.learns, {"never", "babbling", "success"});
+  v("learns", l.learns, {"never", "babbling", "success", "always"});
+  v("initial", l.initial, 0.0, 10.0);
   v("pairs", l.pairs);
   v("width", l.width, 0.1, 100.0);
   v("along", l.along, {"x", "y"});
@@ -69,6 +84,13 @@ void visit(ParamVisitor& v, Architecture& a) {
     g("tau_s", a.learning.tau_s, 0.001, 1000.0);
     g("window_s", a.learning.window_s, 0.001, 1000.0);
     g("local_above", a.learning.local_above, -50.0, 50.0);
+    g.group("shunted", [&](ParamVisitor& s) {
+      s("tau_s", a.learning.shunted.tau_s, 0.001, 1000.0);
+      s("alpha", a.learning.shunted.alpha, 1e-6, 100.0);
+      s("beta", a.learning.shunted.beta, 0.0, 100.0);
+      s("threshold", a.learning.shunted.threshold, -50.0, 50.0);
+      s("slope", a.learning.shunted.slope, 0.1, 50.0);
+    });
   });
   v.group("field", [&](ParamVisitor& g) { visit(g, common.params); });
   visit_list(v, "fields", a.fields, common);
@@ -80,6 +102,7 @@ void visit(ParamVisitor& v, Architecture& a) {
 }  // namespace
 
 Architecture load_architecture(const std::string& file) {
+  if (file.ends_with(".json") || file.ends_with(".dnf")) return load_composer(file);
   const auto source = std::make_shared<runtime::ParamSource>(
       runtime::find_model_file(file), std::vector<std::string>{}, std::vector<std::string>{});
   Architecture a;

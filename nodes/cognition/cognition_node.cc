@@ -126,6 +126,10 @@ void CognitionNode::watch(Time now) {
     return;
   }
   imitator_.observe(from_proto(*seen), seen->complete(), period_s_);
+  if (!imitator_.doubt().empty() && !doubted_) {
+    runtime::warn("observation: {} is seen with both values in turn; not used", imitator_.doubt());
+  }
+  doubted_ = !imitator_.doubt().empty();
 }
 
 void CognitionNode::tell_changes(Time now) {

@@ -36,6 +36,8 @@ struct CognitionParams {
     });
     v.file("architecture", architecture, "neural fields");
     v("practice", imitator.practice);
+    v("goals", imitator.goals);
+    v("order_s", imitator.order_s, 0.0, 10.0);
     v.file("links", links, "learned links", false);
     v("save_links", save_links);
     v("patience_s", imitator.patience_s, 0.1, 600.0);
@@ -86,6 +88,7 @@ class CognitionNode {
   runtime::Time decided_{}, entered_{}, asked_{};  // entered: of the present stage
   const Demonstration* proposed_ = nullptr;
   bool reported_ = false;  // this indecision
+  bool doubted_ = false;   // in this demonstration
   bool saved_ = false;
   runtime::Job<std::string> saving_;               // beside the steps; why it failed
   bool replaying_;                                 // a replay writes no file

@@ -54,8 +54,12 @@ int pf_site(Grip grip, Transport transport) {
   return full ? (below ? kFgBt : kFgAt) : (below ? kPgBt : kPgAt);
 }
 
-bool same_symbols(const Demonstration& a, const Demonstration& b) {
-  return a.grip == b.grip && a.transport == b.transport && a.goal == b.goal && a.color == b.color;
+std::array<double, 2> goals_of(const ImitatorParams& params) {
+  try {
+    return expected_goals(params.goals);
+  } catch (const ConfigError& e) {
+    throw ConfigError(std::string("cognition.goals: ") + e.what());
+  }
 }
 
 Demonstration practice_sequence(const std::string& text, std::size_t i) {
@@ -71,9 +75,10 @@ Demonstration practice_sequence(const std::string& text, std::size_t i) {
 Imitator::Imitator(const ImitatorParams& params, const Architecture& architecture,
                    const std::function<void(Ladder<float>&)>& recall)
     : params_(params),
+      each_goal_(goals_of(params)),
       ladder_(imitating(architecture)),
       reasons_(ladder_),
-      task_(task_stimulus(architecture)),
+      task_(task_stimulus(architecture, expectation())),
       shown_(task_),
       planned_(task_) {
   if (recall) recall(ladder_);
@@ -81,16 +86,33 @@ Imitator::Imitator(const ImitatorParams& params, const Architecture& architectur
     const std::string& sequence = params_.practice[i];
     if (!rehearse(ladder_, practice_sequence(sequence, i))) refused_.push_back(sequence);
   }
-  ladder_.check_rest();
+  ladder_.check_rest(task_);
 }
 
-void Imitator::observe(const Demonstration& seen, bool complete, double period_s) {
-  if (!seen.action() && !complete) {
+/// Vision that changes its mind again and again about a symbol knows nothing of it.
+Demonstration Imitator::without_contradictions(Demonstration seen) {
+  constexpr int kMostChanges = 3;
+  const auto now = symbols(seen);
+  for (std::size_t s = 0; s < kSymbols; ++s) {
+    if (now[s] != 0 && known_[s] != 0 && now[s] != known_[s]) ++changes_[s];
+    if (now[s] != 0) known_[s] = now[s];
+    if (changes_[s] <= kMostChanges) continue;
+    forget(seen, s);
+    if (doubt_.empty()) doubt_ = kSymbolNames[s];
+  }
+  return seen;
+}
+
+void Imitator::observe(const Demonstration& observed, bool complete, double period_s) {
+  if (!observed.action() && !complete) {
     if (stage_ == Stage::waiting) return;
     ladder_.reset();
     stage_ = Stage::waiting;
-    task_ = task_stimulus(ladder_.architecture());
+    task_ = task_stimulus(ladder_.architecture(), expectation());
     seen_ = {};
+    rank_ = known_ = changes_ = {};
+    events_ = 0;
+    doubt_.clear();
     decision_ = {};
     deciding_s_ = unchanged_s_ = 0.0;
     plan_left_ = window_left_ = reward_left_ = 0;
@@ -99,12 +121,19 @@ void Imitator::observe(const Demonstration& seen, bool complete, double period_s
     return;
   }
   if (stage_ == Stage::considering || stage_ == Stage::deciding || stage_ == Stage::decided) return;
-  const bool new_symbol = !same_symbols(seen, seen_);
+  const Demonstration seen = without_contradictions(observed);
+  const auto now = symbols(seen), before = symbols(seen_);
+  const bool new_symbol = now != before;
   if (stage_ == Stage::undecided && !new_symbol) return;
   stage_ = Stage::watching;
   reason_.clear();
   unchanged_s_ = new_symbol ? 0.0 : unchanged_s_ + period_s;
+  events_ += new_symbol ? 1 : 0;
+  for (std::size_t s = 0; s < kSymbols; ++s) {
+    if (now[s] != before[s]) rank_[s] = events_;
+  }
   seen_ = seen;
+  ladder_.recall(!complete);
   if (!complete && unchanged_s_ < params_.patience_s) return;
   if (params_.rehearse && seen_.grip != Grip::unknown) return consider();
   present();
@@ -164,12 +193,41 @@ void Imitator::present() {
 }
 
 void Imitator::drive_with(const Demonstration& seen) {
-  shown_ = task_;
-  add_vision(ladder_.architecture(), seen, shown_);
-  window_left_ = steps(ladder_.architecture().input_window_s);
+  driving_ = seen;
+  const auto known = symbols(seen);
+  long last = 0;
+  for (std::size_t s = 0; s < kSymbols; ++s) {
+    int earlier = 0;  // moments at which other symbols were seen before
+    for (int rank = 1; rank < rank_[s]; ++rank) {
+      bool used = false;
+      for (std::size_t o = 0; o < kSymbols; ++o) used |= known[o] != 0 && rank_[o] == rank;
+      earlier += used ? 1 : 0;
+    }
+    onset_[s] = earlier * steps(params_.order_s);
+    if (known[s] != 0) last = std::max(last, onset_[s]);
+  }
+  window_ = window_left_ = last + steps(ladder_.architecture().input_window_s);
+  presented_ = ~0U;
   reward_left_ = 0;
   deciding_s_ = 0.0;
   decision_ = {};
+}
+
+/// Each symbol for its own window.
+void Imitator::present_at(long step) {
+  const long window = steps(ladder_.architecture().input_window_s);
+  unsigned now = 0;
+  for (std::size_t s = 0; s < kSymbols; ++s) {
+    if (step >= onset_[s] && step < onset_[s] + window) now |= 1U << s;
+  }
+  if (now == presented_) return;
+  presented_ = now;
+  Demonstration part = driving_;
+  for (std::size_t s = 0; s < kSymbols; ++s) {
+    if ((now >> s & 1U) == 0) forget(part, s);
+  }
+  shown_ = task_;
+  add_vision(ladder_.architecture(), part, shown_);
 }
 
 long Imitator::steps(double duration_s) const {
@@ -182,7 +240,7 @@ void Imitator::refuse() {
             goal = read_peaks(ladder_, Layer::pfc).site;
   if (++refusals_ > params_.alternatives) return give_up("no plan, and no alternative is left");
   // What is expected has failed: the habit [M18 2.2.2] no longer speaks for any means.
-  task_ = task_stimulus(ladder_.architecture(), {.means = refusals_ == 1 ? 0.0 : 1.0});
+  task_ = task_stimulus(ladder_.architecture(), expectation(refusals_ == 1 ? 0.0 : 1.0));
   if (refusals_ == 1 && means >= 0) task_.at(Layer::pf, means) -= kInhibition;
   if (refusals_ > 1 && goal >= 0) task_.at(Layer::pfc, goal) -= kInhibition;
   present();
@@ -198,6 +256,7 @@ void Imitator::advance(double period_s, bool success) {
   learning_ = false;
   for (long i = steps(period_s); i > 0; --i) {
     const bool reward = decided() && success && reward_left_ > 0;
+    if (plan_left_ == 0 && window_left_ > 0) present_at(window_ - window_left_);
     const Stimulus& stimulus = plan_left_ > 0 ? planned_ : window_left_ > 0 ? shown_ : task_;
     ladder_.step(stimulus, reward);
     if (stage_ == Stage::considering || stage_ == Stage::deciding) {
@@ -211,7 +270,7 @@ void Imitator::advance(double period_s, bool success) {
   if (stage_ == Stage::considering) {
     considering_s_ += period_s;
     if (considering_s_ >= params_.rehearsal_s) {  // no answer: as if it had not asked
-      task_ = task_stimulus(ladder_.architecture());
+      task_ = task_stimulus(ladder_.architecture(), expectation());
       present();
     }
   }

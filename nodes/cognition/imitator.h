@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
@@ -39,6 +40,11 @@ struct ImitatorParams {
   /// Sequences rehearsed with reward before the first demonstration (parse_sequence): the robot "is
   /// familiar with the task" [M18 2.4.2]. Empty: it must learn from its own successes.
   std::vector<std::string> practice = {"precision,above,high", "full,below,low"};
+  /// Goals of the task, as expected_goals() reads them.
+  std::vector<std::string> goals = {"high", "low"};
+  /// From one symbol's onset in the fields to that of the next, in the order in which they were
+  /// seen; what was seen at once begins at once. 0: all begin together [s].
+  double order_s = 0.0;
   /// A demonstration with hidden parts counts as over when nothing new was seen for this time [s].
   double patience_s = 5.0;
   /// Fields that have not settled by then will not: every reference trial does within 1 s [s].
@@ -56,13 +62,14 @@ struct ImitatorParams {
 ///   undecided --something new seen--> watching
 ///   any --no action seen any more: a new demonstration--> waiting (fields at rest, links stay)
 ///
-/// A colour alone is no action: an object that stands there starts and ends nothing.
-/// While it considers, the grip that was seen is all that reaches the fields, and nothing is
-/// expected: PF is undecided between the combinations with this grip. The first for which there is
-/// a test plan gets input in F5, the others are inhibited; what else was seen follows [M18
-/// fig. 2.22]. Else all that was seen drives the fields at once, when the demonstration is over:
-/// the order of the decisions is that of the fields, not that of the teacher's hand, else the means
-/// would always be decided before the goal can override them [M18 fig. 2.21].
+/// A demonstration that is complete is learned by the links that learn always; one with hidden
+/// parts lets them tell what follows. A colour alone is no action: an object that stands there
+/// starts and ends nothing. While it considers, the grip that was seen is all that reaches the
+/// fields, and nothing is expected: PF is undecided between the combinations with this grip. The
+/// first for which there is a test plan gets input in F5, the others are inhibited; what else was
+/// seen follows [M18 fig. 2.22]. Else what was seen drives the fields when the demonstration is
+/// over, in the order in which it was seen, `order_s` apart: a hand takes seconds from grasp to
+/// goal, and the means would always be decided before the goal can override them [M18 fig. 2.21].
 class Imitator {
  public:
   enum class Stage { waiting, watching, considering, deciding, decided, undecided };
@@ -75,7 +82,7 @@ class Imitator {
 
   /// Takes what vision holds now. Not calling it (no fresh image) stops the clock of `patience_s`.
   /// @param complete the teacher's action is over
-  void observe(const Demonstration& seen, bool complete, double period_s);
+  void observe(const Demonstration& observed, bool complete, double period_s);
   /// Advances the fields by `period_s`, a multiple of the architecture's dt_s. Does not allocate.
   /// @param success the planner has a complete plan for this decision: rewards it, once, for the
   /// window
@@ -105,19 +112,28 @@ class Imitator {
   double deciding_s() const { return deciding_s_; }  ///< since the onset of the inputs [s]
   /// Why there is no decision; empty in other stages than `undecided`.
   const std::string& reason() const { return reason_; }
+  /// Which symbol of this demonstration is not used, since it was seen with both values in turn;
+  /// empty: none.
+  const std::string& doubt() const { return doubt_; }
   /// Practice sequences that the robot would not do, because it had learned another before.
   const std::vector<std::string>& refused() const { return refused_; }
   const Ladder<float>& ladder() const { return ladder_; }
 
  private:
+  Demonstration without_contradictions(Demonstration seen);
   void consider();
   void begin_anew();
+  TaskInput expectation(double means = 1.0) const {
+    return {.means = means, .each_goal = each_goal_};
+  }
   void present();
   void drive_with(const Demonstration& seen);
+  void present_at(long step);
   long steps(double duration_s) const;
   void give_up(std::string reason);
 
   ImitatorParams params_;
+  std::array<double, 2> each_goal_;
   Ladder<float> ladder_;
   Reasons reasons_;
   Stimulus task_, shown_;  // task input with what failed inhibited; with vision
@@ -126,13 +142,20 @@ class Imitator {
   std::size_t proposal_ = 0;
   double considering_s_ = 0.0, onset_s_ = 0.0;
   Stage stage_ = Stage::waiting;
-  Demonstration seen_;
+  Demonstration seen_, driving_;
+  std::array<int, kSymbols> rank_{};  // when each symbol of seen_ appeared
+  int events_ = 0;
+  std::array<int, kSymbols> known_{},
+      changes_{};                       // last value that was not unknown; how often another
+  std::array<long, kSymbols> onset_{};  // of driving_, in ladder steps from the first
+  long window_ = 0;                     // until the last of them is over
+  unsigned presented_ = 0;              // bits of the symbols that are in shown_
   Decision decision_;
   double unchanged_s_ = 0.0, deciding_s_ = 0.0;
   long plan_left_ = 0, window_left_ = 0, reward_left_ = 0;  // ladder steps
   bool learning_ = false;
   int refusals_ = 0;
-  std::string reason_;
+  std::string reason_, doubt_;
   std::vector<std::string> refused_;
 };
 

@@ -56,6 +56,10 @@ void Ladder<Real>::add_field(std::size_t i) {
     architecture_.fail(path + ".at", fmt::format("has {} numbers, expected {} for {} sites",
                                                  spec.at.size(), places, spec.sites.size()));
   }
+  if (!spec.spread.empty() && spec.spread.size() != spec.sites.size()) {
+    architecture_.fail(path + ".spread", fmt::format("has {} numbers, expected {}, one a site",
+                                                     spec.spread.size(), spec.sites.size()));
+  }
   try {
     fields_.emplace_back(p, architecture_.dt_s);
   } catch (const ConfigError& e) {
@@ -68,12 +72,16 @@ void Ladder<Real>::add_field(std::size_t i) {
     if (place.x < 0.0 || place.x >= p.neurons * p.dx || place.y < 0.0 || place.y >= p.rows * p.dx) {
       architecture_.fail(path + ".at", spec.sites[s] + " is outside of the field");
     }
+    const double width = spec.spread.empty() ? architecture_.input_width : spec.spread[s];
+    const double length = p.neurons * p.dx;
     std::vector<Real> bump;
     for (int y = 0; y < p.rows; ++y) {
-      const double e = (y * p.dx - place.y) / architecture_.input_width;
+      const double e = (y * p.dx - place.y) / width;
       const double across = flat(spec) ? std::exp(-0.5 * e * e) : 1.0;
       for (int x = 0; x < p.neurons; ++x) {
-        const double d = (x * p.dx - place.x) / architecture_.input_width;
+        double d = std::abs(x * p.dx - place.x);
+        if (p.circular) d = std::min(d, length - d);
+        d /= width;
         bump.push_back(static_cast<Real>(std::exp(-0.5 * d * d) * across));
       }
     }
@@ -83,29 +91,43 @@ void Ladder<Real>::add_field(std::size_t i) {
 }
 
 // Ignites the site alone and lets it relax: ū of eq. 2.4 is the pattern that a field holds by
-// itself. It does not depend on τ, so that a τ of twenty steps serves all.
+// itself. It does not depend on τ, so that a τ of twenty steps serves all. A transient field holds
+// none: its pattern is that of its highest activity.
 template <class Real>
 void Ladder<Real>::settle_pattern(std::size_t field, std::size_t site) {
   constexpr int kPulse = 200, kEnd = 1200;
   constexpr Real kAmplitude = 6;
   const FieldSpec& spec = architecture_.fields[field];
+  const bool transient = spec.params.decay > 0.0;
   FieldParams p = spec.params;
-  p.tau_s = 20.0 * architecture_.dt_s;
+  const double scale = 20.0 * architecture_.dt_s / p.tau_s;
+  p.tau_s *= scale;
+  p.decay_tau_s *= scale;
   NeuralField<Real> alone(p, architecture_.dt_s);
   const auto& bump = bumps_[field][site];
+  std::vector<Real> kept(bump.size());
+  Real highest = 0;
   for (int t = 0; t < kEnd; ++t) {
     for (std::size_t i = 0; t < kPulse && i < bump.size(); ++i) {
       alone.input()[i] = kAmplitude * bump[i];
     }
     alone.step();
+    const Real top = std::ranges::max(alone.activity());
+    if (transient ? top <= highest : t + 1 < kEnd) continue;
+    highest = std::max(top, highest);
+    kept.assign(alone.rate().begin(), alone.rate().end());
   }
-  if (!(std::ranges::max(alone.activity()) > 0)) {
+  const bool held = std::ranges::max(alone.activity()) > 0;
+  if (spec.bistable && transient && highest > 0 && held) {
     architecture_.fail(at("fields", field),
-                       spec.name +
-                           ": excitation, inhibition and resting_level allow no "
-                           "self-sustained pattern; it could not keep a decision");
+                       spec.name + ": its activity does not end, expected more decay");
   }
-  std::vector<Real> kept(alone.rate().begin(), alone.rate().end());
+  if (spec.bistable && !(transient ? highest > 0 : held)) {
+    architecture_.fail(at("fields", field),
+                       spec.name + ": excitation, inhibition and resting_level allow no " +
+                           (transient ? "answer to an input"
+                                      : "self-sustained pattern; it could not keep a decision"));
+  }
   for (Real& r : kept) r = r < above(field) ? Real(0) : r;
   patterns_[field].push_back(std::move(kept));
 }
@@ -131,6 +153,7 @@ void Ladder<Real>::add_link(std::size_t i) {
   }
   const Learns learns = spec.learns == "success"    ? Learns::success
                         : spec.learns == "babbling" ? Learns::babbling
+                        : spec.learns == "always"   ? Learns::always
                                                     : Learns::never;
   if (spec.form != "dense" && learns != Learns::never) {
     architecture_.fail(path + ".learns", "a link of form " + spec.form + " cannot learn");
@@ -151,11 +174,28 @@ void Ladder<Real>::add_link(std::size_t i) {
     links_.push_back(std::move(c));
     return;
   }
+  if (learns == Learns::always) {
+    const ShuntedParams& rule = architecture_.learning.shunted;
+    if (rule.beta >= rule.alpha || rule.tau_s < architecture_.dt_s) {
+      architecture_.fail("learning.shunted",
+                         "expected beta < alpha and tau_s >= dt_s [M18 eq. 2.8]");
+    }
+    if (!spec.pairs.empty()) {
+      architecture_.fail(path + ".pairs", "a link that learns always begins with `initial`");
+    }
+    links_.push_back(
+        {source, target, learns, rule.alpha, Link<Real>(targets, sources, spec.gain * area)});
+    links_.back().weights.fill(static_cast<Real>(spec.initial));
+    return;
+  }
   if (patterns_[source].empty()) {
     architecture_.fail(path + ".from", spec.from + " has no sites whose patterns could be linked");
   }
   double m = 0.0;  // ∫ f₂² of the source's pattern: input of the target per unit of η
   for (const Real r : patterns_[source][0]) m += static_cast<double>(r * r) * area;
+  if (m == 0.0) {
+    architecture_.fail(path + ".from", spec.from + " keeps no pattern that could be linked");
+  }
   links_.push_back({source, target, learns, spec.gain / m,
                     Link<Real>(targets, sources, area, spec.form == "low_rank")});
   for (std::size_t k = 0; k < spec.pairs.size(); ++k) {
@@ -188,14 +228,19 @@ void Ladder<Real>::add_gaussian(std::size_t i, Connection& c) {
   c.weights = Link<Real>(targets, sources, from.params.dx);
   if (flat(from)) c.source_axis.resize(sources);
   if (flat(to)) c.target_axis.resize(targets);
+  const bool circular = from.params.circular && to.params.circular;
+  const double length = static_cast<double>(targets) * to.params.dx;
+  const auto apart = [&](double d) {
+    return circular ? std::min(std::abs(d), length - std::abs(d)) : std::abs(d);
+  };
   // Normalised so that a wide enough pattern of full rate gives `gain` at its middle.
   const double full = spec.gain / (spec.width * std::sqrt(2.0 * 3.14159265358979323846));
   for (std::size_t y = 0; y < sources; ++y) {
     for (std::size_t x = 0; x < targets; ++x) {
       const double d =
-          (static_cast<double>(x) * to.params.dx - static_cast<double>(y) * from.params.dx) /
+          apart(static_cast<double>(x) * to.params.dx - static_cast<double>(y) * from.params.dx) /
           spec.width;
-      if (std::abs(d) > 4.0) continue;
+      if (d > to.params.cutoff) continue;
       c.weights.set_weight(x, y, static_cast<Real>(full * std::exp(-0.5 * d * d)));
     }
   }
@@ -272,11 +317,16 @@ void Ladder<Real>::babble(std::size_t episode) {
 
 template <class Real>
 void Ladder<Real>::check_rest() {
-  constexpr double kWatched_s = 1.0;
   Stimulus constant(architecture_);
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     add_input(architecture_, "task", i, -1, 1.0, constant);
   }
+  check_rest(constant);
+}
+
+template <class Real>
+void Ladder<Real>::check_rest(const Stimulus& constant) {
+  constexpr double kWatched_s = 1.0;
   reset();
   for (long t = std::lround(kWatched_s / architecture_.dt_s); t > 0; --t) {
     step(constant);
@@ -308,7 +358,15 @@ void Ladder<Real>::install(std::string_view name, int source_site, int target_si
 
 template <class Real>
 void Ladder<Real>::step(const Stimulus& stimulus, bool reward) {
-  for (Connection& c : links_) transmit(c);
+  for (Connection& c : links_) {
+    if (c.learns != Learns::always || recalling_) transmit(c);
+  }
+  for (Connection& c : links_) {
+    if (c.learns != Learns::always || recalling_) continue;
+    const auto& target = fields_[c.target];
+    c.weights.learn_shunted(target.activity(), target.rate(), fields_[c.source].rate(),
+                            architecture_.learning.shunted, architecture_.dt_s);
+  }
   if (reward) {
     const auto fraction = static_cast<Real>(architecture_.dt_s / architecture_.learning.tau_s);
     for (Connection& c : links_) {
@@ -357,7 +415,7 @@ void Ladder<Real>::transmit(Connection& c) {
 template <class Real>
 double Ladder<Real>::input_at(std::size_t link, std::size_t field, std::size_t neuron) const {
   const Connection& c = links_[link];
-  if (c.target != field) return 0.0;
+  if (c.target != field || (c.learns == Learns::always && !recalling_)) return 0.0;
   const auto n = static_cast<std::size_t>(fields_[field].params().neurons);
   if (!c.target_axis.empty()) neuron = c.along_y ? neuron / n : neuron % n;
   if (c.source_axis.empty()) return c.weights.input_at(fields_[c.source].rate(), neuron);

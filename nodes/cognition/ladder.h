@@ -39,8 +39,10 @@ void add_input(const Architecture& architecture, std::string_view name, std::siz
 ///   STSt ──┬──> PF    │
 ///          └──> F5t <─┘
 ///
-/// A step is O(neurons · 8σ/dx + learned weights); it does not allocate, and the same inputs give
-/// the same bits.
+/// Links that learn always follow eq. 2.8 while recall() is off, so that events that come one after
+/// the other are linked in their order [M18 2.5], and transmit while it is on: a link that acts
+/// while it learns brings its target too early, which links it backwards. A step is O(neurons ·
+/// 8σ/dx + learned weights); it does not allocate, and the same inputs give the same bits.
 template <class Real>
 class Ladder {
  public:
@@ -49,12 +51,14 @@ class Ladder {
   /// allow no self-sustained pattern, unstable gains.
   explicit Ladder(Architecture architecture);
   /// A gain is unstable if fields ignite with nothing but the constant inputs, "task". To be
-  /// checked again with learned links. Leaves the fields at rest. @throws ConfigError that names
-  /// the gain
+  /// checked again with learned links, or another constant input. Leaves the fields at rest.
+  /// @throws ConfigError that names the gain
   void check_rest();
+  void check_rest(const Stimulus& constant);
 
   /// Advances all fields by dt; with `reward` links that learn from success follow eq. 2.3.
   void step(const Stimulus& stimulus, bool reward = false);
+  void recall(bool on) { recalling_ = on; }  ///< on at the start
   /// Activity back to rest. Links stay.
   void reset();
 
@@ -81,7 +85,7 @@ class Ladder {
   double eta(std::string_view name) const { return find(name).eta; }
 
  private:
-  enum class Learns { never, babbling, success };
+  enum class Learns { never, babbling, success, always };
   struct Connection {
     std::size_t source, target;
     Learns learns;
@@ -115,6 +119,7 @@ class Ladder {
   }
 
   Architecture architecture_;
+  bool recalling_ = true;
   std::vector<NeuralField<Real>> fields_;
   std::vector<Connection> links_;
   std::vector<std::vector<std::vector<Real>>> bumps_;     // field, site: unit Gaussian of inputs

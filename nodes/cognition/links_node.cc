@@ -17,26 +17,35 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "mimesis-links";
 constexpr int kVersion = 2;
 
-/// Links that learn from success.
+/// Links that learn while the robot acts.
 std::vector<const LinkSpec*> learned(const Architecture& a) {
   std::vector<const LinkSpec*> all;
   for (const LinkSpec& link : a.links) {
-    if (link.learns == "success") all.push_back(&link);
+    if (link.learns == "success" || link.learns == "always") all.push_back(&link);
   }
   return all;
 }
 
 Json constants(const FieldParams& p) {
-  return {{"neurons", p.neurons},
-          {"rows", p.rows},
-          {"dx", p.dx},
-          {"slope", p.slope},
-          {"resting_level", p.resting_level},
-          {"threshold1", p.threshold1},
-          {"threshold2", p.threshold2},
-          {"excitation", p.excitation},
-          {"width", p.width},
-          {"inhibition", p.inhibition}};
+  Json all = {{"neurons", p.neurons},
+              {"rows", p.rows},
+              {"dx", p.dx},
+              {"slope", p.slope},
+              {"resting_level", p.resting_level},
+              {"threshold1", p.threshold1},
+              {"threshold2", p.threshold2},
+              {"excitation", p.excitation},
+              {"width", p.width},
+              {"inhibition", p.inhibition}};
+  if (p.decay > 0.0) {
+    all.update({{"tau_s", p.tau_s},
+                {"decay", p.decay},
+                {"decay_tau_s", p.decay_tau_s},
+                {"decay_width", p.decay_width},
+                {"decay_slope", p.decay_slope},
+                {"decay_threshold", p.decay_threshold}});
+  }
+  return all;
 }
 
 /// Columns with the weights between the first and the last that is not zero.

@@ -63,9 +63,21 @@ void check(const FieldParams& p, double dt_s) {
   check(p.tau_s > 0.0, "tau_s must be positive");
   check(p.resting_level < 0.0, "resting_level must be negative");
   check(p.slope > 0.0, "slope must be positive");
-  check(p.threshold1 > p.threshold2, "threshold1 must be above threshold2 [M18 eq. 2.2]");
   check(p.width > 0.0, "width must be positive");
-  check(p.inhibition > 0.0, "inhibition must be positive");
+  check(p.cutoff > 0.0 && p.surround_width > 0.0, "cutoff and surround_width must be positive");
+  check(p.surround == 0.0 || p.rows == 1, "a 2-D field has no surround");
+  check(!p.circular || p.rows == 1, "a 2-D field is not circular");
+  check(!p.rational || !p.gated, "rational rates have no gate");
+  check(p.decay >= 0.0, "decay must not be negative");
+  if (p.decay > 0.0) {
+    check(p.threshold1 >= p.threshold2, "threshold1 must not be below threshold2 [M18 eq. 2.6]");
+    check(p.inhibition >= 0.0, "inhibition must not be negative");
+    check(p.decay_tau_s > p.tau_s, "expected decay_tau_s > tau_s: inhibition follows excitation");
+    check(p.decay_width > p.width, "expected decay_width > width [M18 2.5]");
+  } else if (p.gated) {
+    check(p.threshold1 > p.threshold2, "threshold1 must be above threshold2 [M18 eq. 2.2]");
+    check(p.inhibition > 0.0, "inhibition must be positive");
+  }
   check(dt_s > 0.0 && dt_s <= p.tau_s, "the step must be positive and at most tau_s");
 }
 
@@ -79,21 +91,42 @@ NeuralField<Real>::NeuralField(const FieldParams& params, double dt_s)
   rows_ = static_cast<std::size_t>(params.rows);
   size_ = static_cast<std::size_t>(params.neurons) * rows_;
   padded_ = columns_ * rows_;
-  halo_ = static_cast<std::size_t>(std::ceil(4.0 * params.width / params.dx));
+  excitation_ = kernel(params.excitation, params.width, params.surround);
+  if (transient()) decay_ = kernel(params.decay, params.decay_width, 0.0);
+  halo_ = std::max(excitation_.left, decay_.left);
   relaxation_ = static_cast<Real>(dt_s / params.tau_s);
   beta_ = static_cast<Real>(params.slope);
   shift1_ = static_cast<Real>(std::exp(params.slope * params.threshold1));
   shift2_ = static_cast<Real>(std::exp(params.slope * params.threshold2));
-  for (std::size_t i = 0; i <= 2 * halo_; ++i) {
-    const double d =
-        (static_cast<double>(i) - static_cast<double>(halo_)) * params.dx / params.width;
-    kernel_.push_back(static_cast<Real>(params.excitation * std::exp(-0.5 * d * d) * params.dx));
-    if (rows_ > 1) kernel_y_.push_back(static_cast<Real>(std::exp(-0.5 * d * d) * params.dx));
-  }
   for (auto* v : {&u_, &input_, &gate_, &rate_, &lateral_, &rise_}) v->resize(padded_);
+  if (transient()) {
+    for (auto* v : {&v_, &drive_}) v->resize(padded_);
+  }
   row_.resize(columns_ + 2 * halo_);
   if (rows_ > 1) along_x_.resize(columns_ * (rows_ + 2 * halo_));
   reset();
+}
+
+template <class Real>
+typename NeuralField<Real>::Kernel NeuralField<Real>::kernel(double amplitude, double width,
+                                                             double surround) const {
+  const double dx = params_.dx;
+  const double widest = surround != 0.0 ? std::max(width, params_.surround_width) : width;
+  Kernel w;
+  w.left = static_cast<std::size_t>(std::ceil(params_.cutoff * widest / dx));
+  std::size_t right = w.left;
+  if (params_.circular && 2 * w.left + 1 > size_) {  // each neuron once
+    w.left = size_ / 2;
+    right = size_ - 1 - w.left;
+  }
+  for (std::size_t i = 0; i <= w.left + right; ++i) {
+    const double at = (static_cast<double>(i) - static_cast<double>(w.left)) * dx;
+    const double d = at / width, s = at / params_.surround_width;
+    w.x.push_back(static_cast<Real>(
+        (amplitude * std::exp(-0.5 * d * d) - surround * std::exp(-0.5 * s * s)) * dx));
+    if (rows_ > 1) w.y.push_back(static_cast<Real>(std::exp(-0.5 * d * d) * dx));
+  }
+  return w;
 }
 
 template <class Real>
@@ -101,12 +134,14 @@ void NeuralField<Real>::reset() {
   std::ranges::fill(u_, static_cast<Real>(params_.resting_level));
   std::ranges::fill(input_, Real(0));
   std::ranges::fill(rise_, Real(0));
+  std::ranges::fill(v_, Real(0));
   fire();
 }
 
 template <class Real>
 void NeuralField<Real>::step() {
   interact();
+  if (transient()) follow();
   const Real h = static_cast<Real>(params_.resting_level);
   const Real relaxation = relaxation_;
   Real* __restrict u = u_.data();
@@ -125,6 +160,7 @@ void NeuralField<Real>::step() {
 // β₁ = β₂, so one exponential serves both sigmoids: exp(−β(u − θ)) = exp(−βu)·exp(βθ).
 template <class Real>
 void NeuralField<Real>::fire() {
+  if (!params_.gated) return fire_ungated();
   const Real beta = beta_, shift1 = shift1_, shift2 = shift2_;
   const Real* __restrict u = u_.data();
   Real* __restrict gate = gate_.data();
@@ -135,6 +171,18 @@ void NeuralField<Real>::fire() {
     rate[i] = Real(1) / (Real(1) + e * shift2);
   }
   for (std::size_t i = size_; i < padded_; ++i) rate[i] = Real(0);  // the axis ends at N
+}
+
+template <class Real>
+void NeuralField<Real>::fire_ungated() {
+  const Real threshold = static_cast<Real>(params_.threshold2);
+  std::ranges::fill(gate_, Real(1));
+  for (std::size_t i = 0; i < padded_; ++i) {
+    const Real x = beta_ * (u_[i] - threshold);
+    rate_[i] = params_.rational ? Real(0.5) * (Real(1) + x / (Real(1) + std::abs(x)))
+                                : Real(1) / (Real(1) + exponential(-x));
+  }
+  for (std::size_t i = size_; i < padded_; ++i) rate_[i] = Real(0);
 }
 
 template <class Real>
@@ -149,15 +197,40 @@ void NeuralField<Real>::interact() {
   const double area = rows_ > 1 ? params_.dx * params_.dx : params_.dx;
   const Real inhibition = static_cast<Real>(params_.inhibition * area) * total;
 
-  Real* sums = rows_ > 1 ? along_x_.data() + halo_ * columns_ : lateral_.data();
+  sum_rates(excitation_, inhibition, lateral_.data());
+}
+
+/// ∫ w f₂ − less
+template <class Real>
+void NeuralField<Real>::sum_rates(const Kernel& w, Real less, Real* sums) {
+  const bool flat = rows_ > 1;
+  const std::size_t inside = halo_ - w.left;  // zeros that this kernel does not reach
+  Real* const along_x = flat ? along_x_.data() + halo_ * columns_ : sums;
   for (std::size_t y = 0; y < rows_; ++y) {
-    std::copy_n(rate + y * columns_, columns_, row_.data() + halo_);
-    convolve(kernel_, row_.data(), 1, columns_, rows_ > 1 ? Real(0) : inhibition,
+    std::copy_n(rate_.data() + y * columns_, columns_, row_.data() + halo_);
+    if (params_.circular) {
+      std::copy_n(rate_.data() + size_ - halo_, halo_, row_.data());
+      std::copy_n(rate_.data(), halo_, row_.data() + halo_ + size_);
+    }
+    convolve(w.x, row_.data() + inside, 1, columns_, flat ? Real(0) : less, along_x + y * columns_);
+  }
+  for (std::size_t y = 0; flat && y < rows_; ++y) {
+    convolve(w.y, along_x_.data() + (y + inside) * columns_, columns_, columns_, less,
              sums + y * columns_);
   }
-  for (std::size_t y = 0; rows_ > 1 && y < rows_; ++y) {
-    convolve(kernel_y_, along_x_.data() + y * columns_, columns_, columns_, inhibition,
-             lateral_.data() + y * columns_);
+}
+
+/// v acts on u as it is, then follows the same rates.
+template <class Real>
+void NeuralField<Real>::follow() {
+  sum_rates(decay_, Real(0), drive_.data());
+  const auto share = static_cast<Real>(dt_s_ / params_.decay_tau_s);
+  const auto slope = static_cast<Real>(params_.decay_slope),
+             threshold = static_cast<Real>(params_.decay_threshold);
+  for (std::size_t i = 0; i < padded_; ++i) {
+    lateral_[i] -= v_[i];
+    const Real gate = Real(1) / (Real(1) + exponential(-slope * (v_[i] - threshold)));
+    v_[i] += share * (gate * drive_[i] - v_[i]);
   }
 }
 
@@ -170,7 +243,9 @@ double NeuralField<Real>::speed_1_s() const {
 
 template <class Real>
 double NeuralField<Real>::f2(double u) const {
-  return 1.0 / (1.0 + std::exp(-params_.slope * (u - params_.threshold2)));
+  const double x = params_.slope * (u - params_.threshold2);
+  if (params_.rational) return 0.5 * (1.0 + x / (1.0 + std::abs(x)));
+  return 1.0 / (1.0 + std::exp(-x));
 }
 
 template class NeuralField<float>;
@@ -192,7 +267,8 @@ Link<Real>::Link(std::size_t targets, std::size_t sources, double dy, bool low_r
       dy_(static_cast<Real>(dy)),
       low_rank_(low_rank),
       weights_(low_rank ? 0 : targets * sources),
-      spans_(low_rank ? 0 : sources) {
+      spans_(low_rank ? 0 : sources),
+      shunt_(low_rank ? 0 : targets) {
   clear();
 }
 
@@ -249,6 +325,36 @@ void Link<Real>::learn(std::span<const Real> target_rate, std::span<const Real> 
       column[x] += target[x] < above.target ? Real(0) : change;
     }
   }
+}
+
+template <class Real>
+void Link<Real>::learn_shunted(std::span<const Real> target_activity,
+                               std::span<const Real> target_rate, std::span<const Real> source_rate,
+                               const ShuntedParams& rule, double dt_s) {
+  MIMESIS_ASSERT(!low_rank_);
+  const auto share = static_cast<Real>(dt_s / rule.tau_s), alpha = static_cast<Real>(rule.alpha),
+             beta = static_cast<Real>(rule.beta), slope = static_cast<Real>(rule.slope),
+             threshold = static_cast<Real>(rule.threshold);
+  for (std::size_t x = 0; x < targets_; ++x) {
+    shunt_[x] = Real(1) / (Real(1) + exponential(-slope * (target_activity[x] - threshold)));
+  }
+  const Real* __restrict shunt = shunt_.data();
+  const Real* __restrict rate = target_rate.data();
+  for (std::size_t y = 0; y < sources_; ++y) {
+    Real* __restrict column = weights_.data() + y * targets_;
+    const Real source = alpha * source_rate[y];
+    for (std::size_t x = 0; x < targets_; ++x) {
+      column[x] += share * (shunt[x] * (source * rate[x] - column[x]) - beta * column[x]);
+    }
+    spans_[y] = {0, targets_};
+  }
+}
+
+template <class Real>
+void Link<Real>::fill(Real weight) {
+  MIMESIS_ASSERT(!low_rank_);
+  std::ranges::fill(weights_, weight);
+  std::ranges::fill(spans_, Span{0, targets_});
 }
 
 template <class Real>

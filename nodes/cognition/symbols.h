@@ -27,6 +27,29 @@ struct Demonstration {
   }
 };
 
+inline constexpr std::array<std::string_view, 4> kSymbolNames = {"grip", "transport", "goal",
+                                                                 "color"};
+/// Grip, transport, goal, colour; 0: unknown.
+inline constexpr std::size_t kSymbols = 4;
+constexpr void forget(Demonstration& d, std::size_t symbol) {
+  if (symbol == 0) d.grip = Grip::unknown;
+  if (symbol == 1) d.transport = Transport::unknown;
+  if (symbol == 2) d.goal = Goal::unknown;
+  if (symbol == 3) d.color = Color::unknown;
+}
+constexpr std::array<int, kSymbols> symbols(const Demonstration& d) {
+  return {static_cast<int>(d.grip), static_cast<int>(d.transport), static_cast<int>(d.goal),
+          static_cast<int>(d.color)};
+}
+
+/// Share of the file's task input [1]: what is expected of a familiar task [M18 2.2.2].
+struct TaskInput {
+  double means = 1.0;                         ///< of the input to PF
+  double goal = 1.0;                          ///< of the input to PFC
+  std::array<double, 2> each_goal{1.0, 1.0};  ///< of that, high and low (expected_goals)
+};
+inline constexpr TaskInput kNoTask{.means = 0.0, .goal = 0.0};
+
 /// The fields with which the ladder of a robot that imitates begins [M18 fig. 2.2, 2.4.4]: action
 /// observation, primitives combined for a goal, motor primitives, goals, colour cues. Others may
 /// follow them in an architecture.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <string>
 #include <vector>
@@ -53,21 +54,62 @@ const Architecture& imitating(const Architecture& a) {
   return a;
 }
 
+std::array<double, 2> expected_goals(const std::vector<std::string>& goals) {
+  constexpr double kNone = -1.0, kOpen = -2.0;
+  std::array<double, 2> probability{kNone, kNone};
+  double left = 1.0, open = 0.0;
+  for (const std::string& goal : goals) {
+    const std::size_t equals = std::min(goal.find('='), goal.size());
+    double& p = probability[static_cast<std::size_t>(
+        choose(goal.substr(0, equals), "high", "low", goal) - 1)];
+    if (p != kNone) throw ConfigError("'" + goal + "': this goal is there already");
+    p = kOpen;
+    if (equals < goal.size()) {
+      char* end = nullptr;
+      p = std::strtod(goal.c_str() + equals + 1, &end);
+      if (end == goal.c_str() + equals + 1 || *end != '\0' || !(p >= 0.0 && p <= 1.0)) {
+        throw ConfigError("'" + goal + "': expected a probability from 0 to 1");
+      }
+      left -= p;
+    }
+    open += p == kOpen ? 1.0 : 0.0;
+  }
+  if (left < -1e-9) throw ConfigError("the probabilities of the goals exceed 1");
+  for (double& p : probability) {
+    p = p == kNone ? 0.0 : p == kOpen ? std::max(left, 0.0) / open : p;
+    p = 2.0 * p / (p + 0.5);
+  }
+  return probability;
+}
+
 Stimulus task_stimulus(const Architecture& a, const TaskInput& task) {
   Stimulus s(a);
   for (const Layer layer : kAllLayers) {
-    const double share = layer == Layer::pf ? task.means : layer == Layer::pfc ? task.goal : 1.0;
-    add_input(a, "task", index(layer), -1, share, s);
+    if (layer == Layer::pfc) {
+      for (const int goal : {0, 1}) {
+        const double share = task.goal * task.each_goal[static_cast<std::size_t>(goal)];
+        add_input(a, "task", index(layer), goal, share, s);
+      }
+      continue;
+    }
+    add_input(a, "task", index(layer), -1, layer == Layer::pf ? task.means : 1.0, s);
   }
   return s;
 }
 
 void add_vision(const Architecture& a, const Demonstration& shown, Stimulus& to) {
-  add_symbol(a, "vision", Layer::sts_grip, site(shown.grip), shown.grip_confidence, to);
-  add_symbol(a, "vision", Layer::sts_transport, site(shown.transport), shown.transport_confidence,
-             to);
-  add_symbol(a, "vision", Layer::pfc, site(shown.goal), shown.goal_confidence, to);
-  add_symbol(a, "vision", Layer::color, site(shown.color), shown.color_confidence, to);
+  const auto add = [&](Layer layer, int at, double confidence) {
+    if (at < 0) return;
+    add_input(a, "vision", index(layer), at, confidence, to);
+    for (std::size_t f = kLayers; f < a.fields.size(); ++f) {
+      const int there = Architecture::site_index(a.fields[f], site_label(layer, at));
+      if (there >= 0) add_input(a, "vision", f, there, confidence, to);
+    }
+  };
+  add(Layer::sts_grip, site(shown.grip), shown.grip_confidence);
+  add(Layer::sts_transport, site(shown.transport), shown.transport_confidence);
+  add(Layer::pfc, site(shown.goal), shown.goal_confidence);
+  add(Layer::color, site(shown.color), shown.color_confidence);
 }
 
 void add_plan(const Architecture& a, const Demonstration& planned, Stimulus& to) {

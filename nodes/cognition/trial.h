@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <functional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -9,16 +10,17 @@
 
 namespace mimesis::cognition {
 
-/// Share of the file's task input [1]: what is expected of a familiar task [M18 2.2.2].
-struct TaskInput {
-  double means = 1.0;  ///< of the input to PF
-  double goal = 1.0;   ///< of the input to PFC
-};
-inline constexpr TaskInput kNoTask{.means = 0.0, .goal = 0.0};
+/// What a task leads to expect of each goal: their number, identity and probability [M18 2.2.1].
+/// "high" or "high=0.8"; goals without a probability share what the others leave. A goal of
+/// probability p gets the share 2p / (p + 1/2): 1 for an even choice of two, less for more of them,
+/// 4/3 if it is certain, which still ignites nothing.
+/// @throws ConfigError for an unknown or repeated goal, or probabilities that cannot be
+std::array<double, 2> expected_goals(const std::vector<std::string>& goals);
 
 /// Task input: preshapes the familiar combinations of means and both goals.
 Stimulus task_stimulus(const Architecture& architecture, const TaskInput& task = {});
-/// Adds what vision saw; unknown symbols add nothing.
+/// Adds what vision saw, also to other fields that have an input `vision` and sites of these names;
+/// unknown symbols add nothing.
 void add_vision(const Architecture& architecture, const Demonstration& shown, Stimulus& to);
 /// Adds the means of a test plan in F5 [M18 2.4.3, fig. 2.22].
 void add_plan(const Architecture& architecture, const Demonstration& planned, Stimulus& to);

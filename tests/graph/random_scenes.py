@@ -2,14 +2,17 @@
 """Runs launch/imitation.yaml on random scenes, and says how many decide right and place.
 
     tests/graph/random_scenes.py [--bin build/bin] [--first 1] [--count 50] [--least SHARE] [--json FILE]
+                                 [--scenario NAME]
 
-Scene N has seed N; the lesson is one of the two that the robot can do as they are. Exit code 0
-if the share of scenes that succeed is at least SHARE.
+Scene N has seed N; the lesson is one of the two that the robot can do as they are, or that of the
+scenario. `first` is what was decided before any plan was tried, `no_plan` the planner's reasons.
+Exit code 0 if the share of scenes that succeed is at least SHARE.
 """
 import argparse
 import json
 import os
 import pathlib
+import re
 import statistics
 import subprocess
 import sys
@@ -17,20 +20,37 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 LESSONS = ["precision,above,high", "full,below,low"]
+# What each scenario of launch/imitation.yaml shall decide. `dialogue`: the first means with the grip
+# seen that have a plan, else those of habit.
+SCENARIOS = {
+    "copy": ["precision,above,high"],
+    "infer": ["full,below,low"],
+    "goal_first": ["precision,above,high"],
+    "colour": ["precision,above,high"],
+    "practice": ["full,below,low"],
+    "dialogue": ["full,above,high", "full,below,high", "precision,above,high"],
+}
 
 
-def run(mimesis, seed, folder):
+def run(mimesis, seed, folder, scenario=None):
     """One scene: what the launcher says, and whether all was right."""
-    lesson = LESSONS[seed % len(LESSONS)]
+    lessons = SCENARIOS[scenario] if scenario else [LESSONS[seed % len(LESSONS)]]
     command = [mimesis, "launch", "launch/imitation.yaml", "--graph", f"scene-{os.getpid()}-{seed}",
-               "--arg", "scene=random", "--arg", f"seed={seed}", "--arg", f"teacher={lesson}",
+               "--arg", "scene=random", "--arg", f"seed={seed}",
+               "--arg", f"{scenario}=true" if scenario else f"teacher={lessons[0]}",
                "--arg", f"log={folder}/scene.mcap", "--timeout", "300"]
     done = subprocess.run(command, cwd=ROOT, env=dict(os.environ, XDG_STATE_HOME=folder),
                           check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     lines = done.stdout.strip().splitlines()
     result = json.loads(lines[-1]) if lines else {"reason": done.stderr.strip()[-200:]}
     decided = ",".join(str(result.get(key)) for key in ("grip", "transport", "goal"))
-    return {"seed": seed, "lesson": lesson, "decided": decided, "right": decided == lesson,
+    said = pathlib.Path(result.get("log", folder), "cognition.log")
+    said = said.read_text(encoding="utf-8") if said.exists() else ""
+    first = re.search(r"decided: (\w+), (\w+), (\w+)", said)
+    return {"scenario": scenario, "seed": seed, "lesson": " or ".join(lessons), "decided": decided,
+            "right": decided in lessons, "first": ",".join(first.groups()) if first else None,
+            "no_plan": re.findall(r"planning failed for ([\w, ]+ \([^)]*\))", said),
+            "learned": result.get("learned"),
             "placed": bool(result.get("success")), "error_mm": result.get("placement_error_mm"),
             "collisions": result.get("collisions"), "reason": result.get("reason")}
 
@@ -42,13 +62,14 @@ def main():
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--least", type=float, default=0.96)
+    parser.add_argument("--scenario", choices=SCENARIOS, help="of launch/imitation.yaml")
     parser.add_argument("--json", help="writes a line per scene to this file")
     options = parser.parse_args()
     mimesis = str(pathlib.Path(options.bin).resolve() / "mimesis")
     scenes = []
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(options.first, options.first + options.count):
-            scenes.append(run(mimesis, seed, folder))
+            scenes.append(run(mimesis, seed, folder, options.scenario))
             line = json.dumps(scenes[-1])
             print(line, flush=True)
             if options.json:

@@ -353,6 +353,84 @@ TEST(CognitionNode, IgnoresWrongValues) {
   EXPECT_TRUE(rig.decision().settled());
 }
 
+TEST(CognitionNode, ASymbolThatContradictsItselfDoesNotCount) {
+  Rig rig({.imitator = {.patience_s = 0.5}});
+  const auto flicker = [&](Time duration) {
+    for (const Time end = rig.now() + duration; rig.now() < end; rig.run(20ms)) {
+      const bool full = rig.seen.grip() == v1::GRIP_FULL;
+      rig.seen = observation(full ? v1::GRIP_PRECISION : v1::GRIP_FULL, v1::TRANSPORT_BELOW,
+                             v1::GOAL_UNSPECIFIED, false);
+    }
+  };
+  flicker(100ms);
+  EXPECT_EQ(rig.decision().grip(), v1::GRIP_UNSPECIFIED);
+  flicker(2s);  // the rest decides, as if the grip had been hidden
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+  rig.show(kPreferred);  // doubts end with the demonstration
+  EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
+  rig.seen = {};
+  rig.run(100ms);
+  rig.seen = grasp_only(v1::GRIP_PRECISION);  // a single correction is none
+  rig.run(100ms);
+  rig.seen = kOther;
+  rig.run(1500ms);
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+}
+
+TEST(CognitionNode, MeansThatContradictTheGoalGiveWay) {  // and without a plan for it they decide
+  Rig rig;
+  rig.show(observation(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_HIGH));
+  EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
+  rig.show(observation(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_LOW));
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+}
+
+// Transient fields beside the seven [M18 eq. 2.6 to 2.8]: what was seen in order comes back in
+// order.
+TEST(CognitionNode, ASequenceThatWasSeenIsExpectedAgain) {
+  const ArchitectureFile file(
+      "links:                           #",
+      R"(  - {name: grasped, sites: [PG, FG], neurons: 64, resting_level: -2, threshold1: 0, excitation: 1.3, width: 3,
+     inhibition: 0, decay: 0.6}
+  - {name: placed, sites: [high, low], neurons: 64, resting_level: -2, threshold1: 0, excitation: 1.3, width: 3,
+     inhibition: 0, decay: 0.6}
+links:
+  - {from: grasped, to: placed, gain: 0.6, learns: always}
+  - {from: placed, to: grasped, gain: 0.6, learns: always}
+#)");
+  file.replace("inputs:\n",
+               "inputs:\n  - {name: vision, into: grasped, gain: 4}\n"
+               "  - {name: vision, into: placed, gain: 4}\n");
+  Rig rig({.fields_hz = 100.0,
+           .architecture = file.path,
+           .imitator = {.order_s = 0.15, .patience_s = 0.5}});
+  const auto answer = [&] {  // to the grasp alone: most of `placed` at low, and at high
+    rig.seen = {};
+    rig.run(100ms);
+    rig.seen = grasp_only(v1::GRIP_FULL);
+    std::pair<float, float> most{-100.0F, -100.0F};
+    for (const Time end = rig.now() + 1500ms; rig.now() < end;) {
+      rig.run(10ms);
+      const auto all = rig.bus.take_last<v1::FieldActivity>("fields");
+      most.first = std::max(most.first, all->fields(8).u(48));
+      most.second = std::max(most.second, all->fields(8).u(16));
+    }
+    return most;
+  };
+  EXPECT_LT(answer().first, 0.0F) << "nothing was learned yet";
+  for (int i = 0; i < 10; ++i) {
+    rig.seen = {};
+    rig.run(100ms);
+    rig.seen = grasp_only(v1::GRIP_FULL);
+    rig.run(100ms);
+    rig.seen = kOther;
+    rig.run(1500ms);
+  }
+  const auto [low, high] = answer();
+  EXPECT_GT(low, 0.0F);
+  EXPECT_LT(high, 0.0F);
+}
+
 TEST(CognitionNode, DoubtfulSymbolsDecideNothing) {
   Rig rig;
   rig.show(observation(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH, true, 0.2));

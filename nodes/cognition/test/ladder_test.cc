@@ -130,6 +130,63 @@ TEST(Ladder, BabblingEndsInEquation24) {  // of the fields alone, as if its pair
   EXPECT_NEAR(worst / largest, std::exp(-5.0), 1e-3);  // 2 s at τ_s = 0.4 s
 }
 
+/// Time at which each field of models/sequence_ladder.yaml is first active [s], negative: never.
+template <class Real>
+std::vector<double> events(Ladder<Real>& ladder, const std::vector<double>& onsets_s,
+                           double end_s) {
+  const Architecture& a = ladder.architecture();
+  std::vector<double> active(a.fields.size(), -1.0);
+  ladder.reset();
+  Stimulus stimulus(a);
+  const Stimulus none = stimulus;
+  for (long k = 0; k < std::lround(end_s / a.dt_s); ++k) {
+    const double t = static_cast<double>(k) * a.dt_s;
+    stimulus = none;
+    for (std::size_t f = 0; f < onsets_s.size(); ++f) {
+      const bool shown = onsets_s[f] >= 0.0 && t >= onsets_s[f] - 1e-9;
+      if (shown && t < onsets_s[f] + a.input_window_s - 1e-9) {
+        add_input(a, "event", f, -1, 1.0, stimulus);
+      }
+    }
+    {
+      const testing::NoMalloc guard;
+      ladder.step(stimulus);
+    }
+    for (std::size_t f = 0; f < active.size(); ++f) {
+      if (active[f] < 0.0 && std::ranges::max(ladder.field(f).activity()) > 0) active[f] = t;
+    }
+  }
+  return active;
+}
+
+// Eq. 2.6 to 2.8 from a file: after A, B, C ten times, A alone brings B and C, C alone nothing.
+template <class Real>
+void learns_a_chain(double dt_s) {
+  Architecture a = load_architecture("sequence_ladder.yaml");
+  a.dt_s = dt_s;
+  Ladder<Real> ladder(a);
+  const auto naive = events(ladder, {0.0}, 1.0);
+  EXPECT_GT(naive[0], 0.0);
+  EXPECT_LT(naive[1], 0.0) << "nothing is learned yet";
+  ladder.recall(false);
+  for (int trial = 0; trial < 10; ++trial) events(ladder, {0.0, 0.16, 0.32}, 1.0);
+  ladder.recall(true);
+  const auto replay = events(ladder, {0.0}, 1.0);
+  EXPECT_GT(replay[1], replay[0]);
+  EXPECT_GT(replay[2], replay[1]);
+  for (const std::size_t f : {0, 1, 2}) EXPECT_LT(std::ranges::max(ladder.field(f).activity()), 0);
+  const auto backwards = events(ladder, {-1.0, -1.0, 0.0}, 1.0);
+  EXPECT_LT(backwards[0], 0.0);
+  EXPECT_LT(backwards[1], 0.0);
+}
+
+TEST(Ladder, TransientFieldsOfAFileLearnASequence) {
+  for (const double dt_s : {0.001, 0.002, 0.005}) {
+    learns_a_chain<double>(dt_s);
+    learns_a_chain<float>(dt_s);
+  }
+}
+
 TEST(Ladder, RefusesWhatCannotWorkWithItsLine) {
   const auto refused = [](const std::string& from, const std::string& to, const std::string& why) {
     const ArchitectureFile file(from, to);

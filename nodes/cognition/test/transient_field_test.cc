@@ -1,13 +1,12 @@
-#include "nodes/cognition/transient_field.h"
-
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "common/error.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/cognition/neural_field.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -18,7 +17,20 @@ double sigmoid(double u, double slope, double threshold) {
   return 1.0 / (1.0 + std::exp(-slope * (u - threshold)));
 }
 
-void drive(TransientField& f) {
+FieldParams transient() {
+  FieldParams p;
+  p.neurons = 45;
+  p.dx = 0.8;
+  p.resting_level = -2.0;
+  p.threshold1 = 0.0;
+  p.excitation = 1.3;
+  p.width = 3.0;
+  p.inhibition = 0.0;
+  p.decay = 0.6;
+  return p;
+}
+
+void excite(NeuralField<double>& f) {
   for (std::size_t i = 0; i < f.input().size(); ++i) {
     f.input()[i] += 4.0 * std::exp(-0.5 * std::pow((static_cast<double>(i) - 20.0) / 4.0, 2));
   }
@@ -26,16 +38,14 @@ void drive(TransientField& f) {
 
 // One step against eq. 2.6 and 2.7 written down literally; v is rebuilt from the start.
 TEST(TransientField, StepIsEquations26And27) {
-  TransientParams p;
-  p.neurons = 45;
-  p.dx = 0.8;
-  TransientField field(p, kStep_s);
+  const FieldParams p = transient();
+  NeuralField<double> field(p, kStep_s);
   const std::size_t n = 45;
   std::vector<double> u(n, p.resting_level), v(n, 0.0);
   for (int k = 0; k < 120; ++k) {
     std::vector<double> s(n, 0.0), du(n), dv(n);
     if (k < 30) {
-      drive(field);
+      excite(field);
       s.assign(field.input().begin(), field.input().end());
     }
     for (std::size_t i = 0; i < n; ++i) {
@@ -60,11 +70,36 @@ TEST(TransientField, StepIsEquations26And27) {
   EXPECT_GT(field.activity()[20], 1.0);
 }
 
+TEST(TransientField, InTwoDimensionsTheAnswerEndsToo) {
+  FieldParams p = transient();
+  p.neurons = p.rows = 32;
+  p.dx = 1.0;
+  p.excitation = 0.2;
+  p.decay = 0.05;
+  NeuralField<float> field(p, kStep_s);
+  float highest = 0.0F;
+  for (int k = 0; k < 500; ++k) {
+    for (std::size_t i = 0; k < 30 && i < field.input().size(); ++i) {
+      const double x = static_cast<double>(i % 32) - 16.0, y = static_cast<double>(i / 32) - 16.0;
+      field.input()[i] += static_cast<float>(4.0 * std::exp(-0.5 * (x * x + y * y) / 16.0));
+    }
+    field.step();
+    highest = std::max(highest, std::ranges::max(field.activity()));
+  }
+  EXPECT_GT(highest, 2.0F);
+  EXPECT_LT(std::ranges::max(field.activity()), 0.0F);
+}
+
 TEST(TransientField, RefusesImpossibleConstants) {
-  EXPECT_THROW(TransientField({.tau_v_s = 0.01}, kStep_s), ConfigError);
-  EXPECT_THROW(TransientField({.width_v = 2.0}, kStep_s), ConfigError);
-  EXPECT_THROW(TransientField({.resting_level = 1.0}, kStep_s), ConfigError);
-  EXPECT_THROW(ShuntedLink({.beta = 2.0}, kStep_s, 1, 1, 0.0), ConfigError);
+  const auto refused = [](auto change) {
+    FieldParams p = transient();
+    change(p);
+    EXPECT_THROW(NeuralField<double>(p, kStep_s), ConfigError);
+  };
+  refused([](FieldParams& p) { p.decay_tau_s = 0.01; });
+  refused([](FieldParams& p) { p.decay_width = 2.0; });
+  refused([](FieldParams& p) { p.decay = -1.0; });
+  refused([](FieldParams& p) { p.decay = 0.0; });  // eq. 2.1 needs its inhibition
 }
 
 // With constant activity eq. 2.8 is linear: s(t) goes to s∞ = h α f f / (h + β) at (h + β) / τ_s.
@@ -75,21 +110,15 @@ TEST(ShuntedLink, FollowsTheClosedForm) {
     const double h = sigmoid(u, p.slope, p.threshold);
     const double end = h * p.alpha * rate * source / (h + p.beta);
     const double exact = end + (0.3 - end) * std::exp(-0.1 * (h + p.beta) / p.tau_s);
-    ShuntedLink link(p, 1e-5, 1, 1, 0.3);
+    Link<double> link(1, 1, 1.0);
+    link.fill(0.3);
     const std::vector<double> us{u}, rates{rate}, sources{source};
-    for (int k = 0; k < 10000; ++k) link.learn(us, rates, sources);
+    for (int k = 0; k < 10000; ++k) {
+      const testing::NoMalloc guard;
+      link.learn_shunted(us, rates, sources, p, 1e-5);
+    }
     EXPECT_NEAR(link.weight(0, 0), exact, 2e-5) << u << ' ' << source;
   }
-}
-
-TEST(ShuntedLink, TransmitsTheWeightedRates) {
-  ShuntedLink link({}, kStep_s, 2, 2, 0.0);
-  link.weight(0, 1) = 0.5;
-  link.weight(1, 0) = 0.25;
-  std::vector<double> input{1.0, 1.0};
-  link.transmit(std::vector{0.8, 0.6}, 2.0, input);
-  EXPECT_DOUBLE_EQ(input[0], 1.0 + 2.0 * 0.5 * 0.6);
-  EXPECT_DOUBLE_EQ(input[1], 1.0 + 2.0 * 0.25 * 0.8);
 }
 
 }  // namespace

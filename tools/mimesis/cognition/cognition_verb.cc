@@ -9,6 +9,7 @@
 
 #include "common/plot/gnuplot.h"
 #include "proto/cognition.pb.h"
+#include "tools/mimesis/cognition/run_fields.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
@@ -162,8 +163,8 @@ int explain(const ExplainOptions& options) {
 }  // namespace
 
 void add_cognition(CLI::App& program, int& exit_code) {
-  CLI::App* verb =
-      program.add_subcommand("cognition", "Says why the neural fields decided as they did");
+  CLI::App* verb = program.add_subcommand(
+      "cognition", "Runs neural fields, and says why they decided as they did");
   verb->require_subcommand(1);
   auto options = std::make_shared<ExplainOptions>();
   CLI::App* sub = verb->add_subcommand(
@@ -180,6 +181,31 @@ void add_cognition(CLI::App& program, int& exit_code) {
       "PF, F5g, F5t, PFC.\nExit codes: 0 done, 1 failed, 2 usage, 3 no log, or one without "
       "decisions.\nExamples:\n  mimesis cognition explain imitation.mcap --plot why.png");
   on_run(*sub, exit_code, [options] { return explain(*options); });
+
+  auto run = std::make_shared<RunOptions>();
+  CLI::App* fields = verb->add_subcommand(
+      "run", "Runs the fields of an architecture (YAML, or JSON of dnf-composer)");
+  fields->add_option("ARCHITECTURE", run->architecture, "File, in models/ or elsewhere")
+      ->required();
+  fields->add_option("--input", run->inputs, "An input of the file, and when [s]; may be repeated")
+      ->type_name("NAME:FIELD[=SITE]@FROM-TO");
+  fields->add_option("--train", run->train, "Presentations of the inputs before, which links learn")
+      ->check(CLI::Range(0, 100'000));
+  fields->add_option("--recall", run->recall, "What is shown after the training, instead of inputs")
+      ->type_name("NAME:FIELD[=SITE]@FROM-TO");
+  fields->add_option("--seconds", run->seconds, "Duration of one presentation [s]")
+      ->check(CLI::Range(0.001, 3600.0))
+      ->capture_default_str();
+  fields->add_flag("--json", run->json,
+                   "A list with an object for each field, with its activity u");
+  fields->footer(
+      "Exit codes: 0 done, 2 usage or a bad file.\nExamples:\n"
+      "  mimesis cognition run bridge_ladder.yaml --input vision:STSg=PG@0-0.6 --input "
+      "vision:STSt=AT@0-0.6\n"
+      "  mimesis cognition run sequence_ladder.yaml --train 10 --input event:A@0-0.06 --input "
+      "event:B@0.16-0.22 --input event:C@0.32-0.38 --recall event:A@0-0.06\n"
+      "  mimesis cognition run composer_selection.json --input stimulus:u@0-12.5 --seconds 12.5");
+  on_run(*fields, exit_code, [run] { return run_fields(*run); });
 }
 
 }  // namespace mimesis::tool
