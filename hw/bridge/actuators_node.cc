@@ -8,6 +8,7 @@
 #include "hw/joints/machine.h"
 #include "hw/outside/recorded.h"
 #include "hw/perfect_actuators.h"
+#include "hw/powercube/driver.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -44,6 +45,22 @@ std::unique_ptr<Actuators> make_cia402(const ActuatorsRequest& request) {
   return std::make_unique<cia402::GroupDriver>(std::move(drivers));
 }
 
+std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
+  const auto& [p, joints, stays_powered, graph] = request;
+  const std::vector<BusShare> buses = complete(p.buses, p.can, joints);
+  if (buses.size() != 1)
+    throw ConfigError("buses: PowerCube modules stand on one bus, there are more");
+  return std::make_unique<powercube::Driver>(
+      powercube::DriverOptions{.axes = complete(p.axes, joints),
+                               .names = joints.names,
+                               .limits = joints.limits,
+                               .rate_hz = joints.rate_hz,
+                               .boot_timeout_s = p.boot_timeout_s,
+                               .feedback_timeout_s = p.feedback_timeout_s,
+                               .readonly = p.readonly},
+      outside::open_can(buses[0].can, graph));
+}
+
 std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
   const Joints& joints = request.joints;
   return std::make_unique<PerfectActuators>(
@@ -56,7 +73,7 @@ std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
 
 std::map<std::string, MakeActuators>& known_actuators() {
   static std::map<std::string, MakeActuators> kinds{
-      {"cia402", make_cia402}, {"perfect", make_perfect}};
+      {"cia402", make_cia402}, {"powercube", make_powercube}, {"perfect", make_perfect}};
   return kinds;
 }
 

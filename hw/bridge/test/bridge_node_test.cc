@@ -10,6 +10,7 @@
 #include "common/testing/loopback.h"
 #include "hw/sim/cia402/rack.h"
 #include "hw/sim/hand/hand.h"
+#include "hw/sim/powercube/module.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -251,6 +252,38 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
   ASSERT_TRUE(state.has_value());
   EXPECT_NEAR(state->position_rad(1), target[1], 1e-9);
   EXPECT_TRUE(state->operational());
+}
+
+TEST(ActuatorsOfAnotherKind, MayBePowerCubeModules) {
+  testing::Loopback graph;
+  const std::string robot = robot_with(graph, "drives", "powercube");
+  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  Eigen::VectorXd target = load_joints(robot).home;
+  const auto bus = can::open("embedded:arm", graph.directory());
+  std::vector<sim::Module> modules;
+  for (int i = 0; i < 7; ++i)
+    modules.emplace_back(sim::ModuleConfig{.module = i + 1, .position_rad = target[i]});
+  Time now = 1s;
+  std::string state;
+  const auto step = [&] {
+    state = stream_at(target, 1, node, graph, now);
+    std::array<can::Frame, 128> frames;
+    std::vector<can::Frame> out;
+    const std::size_t count = bus->receive(frames);
+    for (sim::Module& m : modules) {
+      m.advance(now);
+      for (const can::Frame& f : std::span(frames).first(count)) m.handle(f, out);
+    }
+    bus->send(out);
+  };
+  for (int k = 0; k < 200; ++k) step();
+  for (int k = 0; k < 100; ++k) {
+    target[3] += 0.001;
+    step();
+  }
+  for (int k = 0; k < 20; ++k) step();
+  EXPECT_NEAR(modules[3].position_rad(), target[3], 1e-3);
+  EXPECT_EQ(modules[3].state() & 0x4u, 0u) << "not halted";
 }
 
 TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
