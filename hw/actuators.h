@@ -85,6 +85,9 @@ class Actuators {
   /// Quick stop of all joints, at once; the first and the last thing sent. Nothing is sent after it
   /// until the next write.
   virtual void stop() noexcept = 0;
+  /// Takes drives out of their faults; they stay disabled. Phase::fault ends as soon as all are.
+  /// @return empty, or why there is nothing to reset
+  virtual std::string reset_faults() { return "there is no fault"; }
   virtual Traffic traffic() const { return {}; }
 };
 

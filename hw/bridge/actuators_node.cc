@@ -5,8 +5,10 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "hw/cia402/joint_driver.h"
+#include "hw/joints/machine.h"
 #include "hw/outside/recorded.h"
 #include "hw/perfect_actuators.h"
+#include "hw/powercube/driver.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -25,6 +27,8 @@ cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int f
       .boot_timeout_s = p.boot_timeout_s,
       .transition_timeout_s = p.transition_timeout_s,
       .feedback_timeout_s = p.feedback_timeout_s,
+      .following_window_rad = p.following_window_rad,
+      .following_time_s = p.following_time_s,
       .readonly = p.readonly,
       .quick_stop = stays_powered ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables};
 }
@@ -41,6 +45,22 @@ std::unique_ptr<Actuators> make_cia402(const ActuatorsRequest& request) {
   return std::make_unique<cia402::GroupDriver>(std::move(drivers));
 }
 
+std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
+  const auto& [p, joints, stays_powered, graph] = request;
+  const std::vector<BusShare> buses = complete(p.buses, p.can, joints);
+  if (buses.size() != 1)
+    throw ConfigError("buses: PowerCube modules stand on one bus, there are more");
+  return std::make_unique<powercube::Driver>(
+      powercube::DriverOptions{.axes = complete(p.axes, joints),
+                               .names = joints.names,
+                               .limits = joints.limits,
+                               .rate_hz = joints.rate_hz,
+                               .boot_timeout_s = p.boot_timeout_s,
+                               .feedback_timeout_s = p.feedback_timeout_s,
+                               .readonly = p.readonly},
+      outside::open_can(buses[0].can, graph));
+}
+
 std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
   const Joints& joints = request.joints;
   return std::make_unique<PerfectActuators>(
@@ -52,14 +72,27 @@ std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
 }
 
 std::map<std::string, MakeActuators>& known_actuators() {
-  static std::map<std::string, MakeActuators> kinds{{"cia402", make_cia402},
-                                                    {"perfect", make_perfect}};
+  static std::map<std::string, MakeActuators> kinds{
+      {"cia402", make_cia402}, {"powercube", make_powercube}, {"perfect", make_perfect}};
   return kinds;
 }
 
 }  // namespace
 
-double BridgeParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
+double BridgeParams::robot_rate_hz() const {
+  return machine.empty() ? model::rate_of_robot(robot) : load_machine(machine).joints.rate_hz;
+}
+
+Joints take_machine(BridgeParams& params) {
+  if (params.machine.empty()) return load_joints(params.robot);
+  if (!params.buses.empty() || !params.axes.empty())
+    throw ConfigError("machine: the file holds buses and axes, and there are more of them");
+  Machine machine = load_machine(params.machine);
+  params.robot = machine.robot;
+  params.buses = machine.buses;
+  params.axes = machine.axes;
+  return machine.joints;
+}
 
 void add_actuators(const std::string& kind, MakeActuators make) {
   known_actuators()[kind] = std::move(make);

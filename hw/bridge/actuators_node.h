@@ -15,9 +15,10 @@ struct BridgeParams {
   double rate_hz = 200.0;            ///< rate of SYNC and of steps: the robot's [Hz]
   double offset_s = 0.0;             ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";   ///< model file: joints, their limits, rate
+  std::string machine{};             ///< machine file instead of `robot`, `buses` and `axes`
   std::string can = "embedded:arm";  ///< bus of the drives, see hw/can/bus.h
   std::vector<BusShare> buses{};     ///< several buses instead of `can`
-  std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, or empty: no hand
+  std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, rtu:DEVICE, or empty
   bool readonly = false;             ///< listens to the drives and sends nothing; no hand
   double silence_s = 0.1;            ///< the stream ends after this time without a command [s]
   /// reaction to silence: quick_stop, hold; auto: hold if the robot walks
@@ -28,12 +29,15 @@ struct BridgeParams {
   double boot_timeout_s = 2.0;        ///< time until missing drives are reported [s]
   double transition_timeout_s = 0.5;  ///< time limit of a change of a drive's state [s]
   double feedback_timeout_s = 0.1;    ///< a drive is lost after this time without feedback [s]
+  double following_window_rad = 0.0;  ///< largest following error, 6065h; 0: the drives' own [rad]
+  double following_time_s = 0.0;      ///< time beyond it until a fault, 6066h; 0: their own [s]
   std::vector<cia402::Axis> axes{};   ///< drives of the joints; empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
     v.file("robot", robot, "arm or biped");
+    v.file("machine", machine, "machine");
     v("can", can);
     runtime::list(v, "buses", buses);
     v("hand", hand);
@@ -45,10 +49,16 @@ struct BridgeParams {
     v("boot_timeout_s", boot_timeout_s, 0.1, 60.0);
     v("transition_timeout_s", transition_timeout_s, 0.05, 10.0);
     v("feedback_timeout_s", feedback_timeout_s, 0.01, 1.0);
+    v("following_window_rad", following_window_rad, 0.0, 3.0);
+    v("following_time_s", following_time_s, 0.0, 10.0);
     runtime::list(v, "axes", axes);
   }
   double robot_rate_hz() const;  ///< see run_node
 };
+
+/// The robot's joints; what the machine file says, if there is one, goes into `params`.
+/// @throws ConfigError as load_machine, or if `buses` or `axes` are given beside it
+Joints take_machine(BridgeParams& params);
 
 /// Settings that actuators are made from.
 struct ActuatorsRequest {
@@ -63,7 +73,8 @@ using MakeActuators = std::function<std::unique_ptr<Actuators>(const ActuatorsRe
 
 /// Makes `kind` known to nodes constructed later: a robot with `drives: kind` in its file gets the
 /// result of `make`. To be called by main() before run_node(), on one thread. Known from the start:
-/// "cia402" (CANopen drives on the buses of the parameters) and "perfect".
+/// "cia402" (CANopen drives on the buses of the parameters), "powercube" (modules on one bus) and
+/// "perfect".
 void add_actuators(const std::string& kind, MakeActuators make);
 
 /// The actuators of `request.joints.drives`. @throws ConfigError that lists the known kinds

@@ -1,5 +1,7 @@
 #include "hw/bridge/bridge_node.h"
 
+#include <google/protobuf/empty.pb.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -63,29 +65,42 @@ std::uint64_t every(double rate_hz, double slower_hz) {
 
 }  // namespace
 
-BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
-    : BridgeNode(params, load_joints(params.robot), bus) {}
+std::pair<BridgeParams, Joints> BridgeNode::with_machine(BridgeParams params) {
+  Joints joints = take_machine(params);
+  return {std::move(params), std::move(joints)};
+}
 
-BridgeNode::BridgeNode(const Params& params, const Joints& joints, runtime::Bus& bus)
-    : params_(params),
-      limits_message_(to_proto(params.robot, joints)),
-      gate_(gate_limits(params, joints)),
-      driver_(make_actuators({.params = params,
-                              .joints = joints,
-                              .stays_powered = holds(params, joints),
+BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
+    : BridgeNode(bus, with_machine(params)) {}
+
+BridgeNode::BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machine)
+    : params_(machine.first),
+      limits_message_(to_proto(params_.robot, machine.second)),
+      gate_(gate_limits(params_, machine.second)),
+      driver_(make_actuators({.params = params_,
+                              .joints = machine.second,
+                              .stays_powered = holds(params_, machine.second),
                               .graph = bus})),
-      command_(bus, "command", {.sole = true, .optional = params.readonly}),
+      command_(bus, "command", {.sole = true, .optional = params_.readonly}),
       hand_command_(bus, "hand_command",
-                    {.sole = true, .optional = params.readonly || params.hand.empty()}),
+                    {.sole = true, .optional = params_.readonly || params_.hand.empty()}),
       arm_(bus, "arm"),
       hand_(bus, "hand"),
       joints_(bus, "joints"),
       limits_(bus, "limits", {.latched = true}),
       status_(bus, "status", {.latched = true}) {
-  params_.rate_hz = joints.rate_hz;
-  if (params.hand.empty() || params.readonly) return;
+  params_.rate_hz = machine.second.rate_hz;
+  bus.serve("reset", google::protobuf::Empty::default_instance(),
+            v1::BridgeStatus::default_instance(),
+            [this](const std::string&) -> tl::expected<std::string, Status> {
+              if (const std::string why = driver_->reset_faults(); !why.empty())
+                return tl::unexpected(Status{why});
+              runtime::info("joints: faults are reset");
+              return status_message_.SerializeAsString();
+            });
+  if (params_.hand.empty() || params_.readonly) return;
   hand_driver_ = std::make_unique<outside::RecordedHand>(
-      params.hand,
+      params_.hand,
       modbus::HandDriver::Options{.threaded = !bus.lockstep(),
                                   .timeout = bus.lockstep() ? kHandTimeoutLockstep : kHandTimeout},
       bus);

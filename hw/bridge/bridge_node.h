@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <utility>
 
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
@@ -21,7 +22,8 @@ class BridgeNode {
   void stop(runtime::Time now) noexcept;  ///< quick stop of all joints; the hand keeps its object
 
  private:
-  BridgeNode(const Params& params, const Joints& joints, runtime::Bus& bus);
+  BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machine);
+  static std::pair<Params, Joints> with_machine(Params params);
   void take_command(runtime::Time now, const Reading& arm);
   void step_hand(runtime::Time now);
   void publish_arm(runtime::Time now, const Reading& arm);

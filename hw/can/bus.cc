@@ -233,8 +233,8 @@ class SocketCan final : public Bus {
       std::array<mmsghdr, kFramesPerCall> messages{};
       for (std::size_t i = 0; i < batch.size(); ++i) {
         // A classic frame is the head of an FD frame; its size tells the kernel which one it gets.
-        parts[i] = {const_cast<Frame*>(&batch[i]),
-                    batch[i].length > CAN_MAX_DLEN ? CANFD_MTU : CAN_MTU};
+        const bool fd = batch[i].length > CAN_MAX_DLEN || (batch[i].flags & kFd) != 0;
+        parts[i] = {const_cast<Frame*>(&batch[i]), fd ? CANFD_MTU : CAN_MTU};
         messages[i].msg_hdr.msg_iov = &parts[i];
         messages[i].msg_hdr.msg_iovlen = 1;
       }
@@ -266,7 +266,8 @@ class SocketCan final : public Bus {
           recvmmsg(socket_, messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
       if (got <= 0) break;
       for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
-        const Frame& frame = frames[filled + i];
+        Frame& frame = frames[filled + i];
+        if (messages[i].msg_len == CANFD_MTU) frame.flags |= kFd;
         ++((frame.id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
       }
       filled += static_cast<std::size_t>(got);

@@ -14,12 +14,14 @@ inline constexpr std::uint32_t kErrorFlag =
 inline constexpr std::uint32_t kBusOff =
     0x40;  ///< class bit of an error frame: no longer on the bus
 
+inline constexpr std::uint8_t kFd = 0x04;  ///< of Frame::flags: a CAN FD frame, which may be short
+
 /// One CAN or CAN FD frame. Same layout and meaning as the kernel's struct canfd_frame
 /// (linux/can.h), so that it goes over sockets as it is.
 struct Frame {
   std::uint32_t id = 0;     ///< identifier in bits 0-28, the flags above
   std::uint8_t length = 0;  ///< bytes of data in use: 0-8, on CAN FD up to 64
-  std::uint8_t flags = 0;   ///< CAN FD: bit 0 bit-rate switch, bit 1 error state
+  std::uint8_t flags = 0;   ///< CAN FD: bit 0 bit-rate switch, bit 1 error state, kFd
   std::array<std::uint8_t, 2> reserved{};
   std::array<std::uint8_t, 64> data{};
 

@@ -42,13 +42,13 @@ inline constexpr int kCyclicSynchronousPosition = 8;  ///< mode of operation 606
 
 namespace object {
 inline constexpr Object kDeviceType{0x1000, 0}, kMasterHeartbeat{0x1016, 1},
-    kHeartbeatTime{0x1017, 0}, kRpdo1Deadline{0x1400, 5}, kAbortOption{0x6007, 0},
-    kControlword{0x6040, 0}, kStatusword{0x6041, 0}, kQuickStopOption{0x605A, 0}, kMode{0x6060, 0},
-    kModeDisplay{0x6061, 0}, kDemand{0x6062, 0}, kPosition{0x6064, 0}, kFollowingWindow{0x6065, 0},
-    kFollowingTime{0x6066, 0}, kVelocity{0x606C, 0}, kTorque{0x6077, 0}, kTarget{0x607A, 0},
-    kPositionMin{0x607D, 1}, kPositionMax{0x607D, 2}, kMaxVelocity{0x607F, 0},
-    kQuickStopDeceleration{0x6085, 0}, kPeriodValue{0x60C2, 1}, kPeriodExponent{0x60C2, 2},
-    kSupportedModes{0x6502, 0};
+    kHeartbeatTime{0x1017, 0}, kHeartbeatLost{0x1029, 1}, kRpdo1Deadline{0x1400, 5},
+    kAbortOption{0x6007, 0}, kControlword{0x6040, 0}, kStatusword{0x6041, 0},
+    kQuickStopOption{0x605A, 0}, kMode{0x6060, 0}, kModeDisplay{0x6061, 0}, kDemand{0x6062, 0},
+    kPosition{0x6064, 0}, kFollowingWindow{0x6065, 0}, kFollowingTime{0x6066, 0},
+    kVelocity{0x606C, 0}, kTorque{0x6077, 0}, kTarget{0x607A, 0}, kPositionMin{0x607D, 1},
+    kPositionMax{0x607D, 2}, kMaxVelocity{0x607F, 0}, kQuickStopDeceleration{0x6085, 0},
+    kPeriodValue{0x60C2, 1}, kPeriodExponent{0x60C2, 2}, kSupportedModes{0x6502, 0};
 }  // namespace object
 
 }  // namespace mimesis::hw::cia402

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/runtime/log.h"
 #include "common/time.h"
 
 namespace mimesis::hw::cia402 {
@@ -18,6 +19,10 @@ constexpr milliseconds kRetry(1000);  // between attempts to set up, and after b
 constexpr milliseconds kLongestStop(2000);
 
 std::string seconds(double s) { return fmt::format("{:.3g} s", s); }
+
+bool in_fault(DriveState state) {
+  return state == DriveState::fault || state == DriveState::fault_reaction_active;
+}
 
 bool powered(DriveState state) {
   return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||
@@ -45,8 +50,14 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
     const std::string name =
         options_.names.empty() ? "A" + std::to_string(i + 1) : options_.names[i];
     axes_.emplace_back(name + " (node " + std::to_string(axis.node_id) + ")", axis,
-                       setup_steps(axis, l.q_min[k], l.q_max[k], l.v_max[k], l.a_max[k], period,
-                                   options_.quick_stop));
+                       setup_steps(axis,
+                                   {.q_min = l.q_min[k],
+                                    .q_max = l.q_max[k],
+                                    .v_max = l.v_max[k],
+                                    .a_max = l.a_max[k],
+                                    .following_window_rad = options_.following_window_rad,
+                                    .following_time_s = options_.following_time_s},
+                                   period, options_.quick_stop));
   }
   outbox_.reserve(4 * n + 8);
   reading_.joints.resize(n);
@@ -109,7 +120,10 @@ void JointDriver::set_up() {
   for (AxisMaster& axis : axes_) axis.advance(now_, outbox_);
   if (std::ranges::all_of(axes_, &AxisMaster::configured)) {
     outbox_.push_back(nmt(Nmt::start, 0));
-    for (AxisMaster& axis : axes_) axis.watch_from(now_);
+    for (AxisMaster& axis : axes_) {
+      axis.watch_from(now_);
+    }
+    for (const std::string& line : notes()) runtime::warn("drive {}", line);
     configured_ = true;
     reading_.posture_known = false;
     enter(Phase::idle);  // a drive that was kept powered shows it with the first feedback
@@ -131,6 +145,13 @@ void JointDriver::set_up() {
   }
 }
 
+std::vector<std::string> JointDriver::notes() const {
+  std::vector<std::string> all;
+  for (const AxisMaster& axis : axes_)
+    all.insert(all.end(), axis.notes().begin(), axis.notes().end());
+  return all;
+}
+
 void JointDriver::supervise_axis(AxisMaster& axis) {
   if (axis.take_rebooted()) return lose(axis, "the drive has restarted");
   if (axis.heartbeat_age(now_) > milliseconds(kDriveHeartbeatTimeoutMs)) {
@@ -141,7 +162,7 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
   }
   if (!axis.heard()) return;
   const DriveState state = axis.reading().drive;
-  const bool failed = state == DriveState::fault || state == DriveState::fault_reaction_active;
+  const bool failed = in_fault(state);
   switch (reading_.phase) {
     case Phase::enabling: {  // a fault found here is about to be reset
       if (state == DriveState::operation_enabled) return;
@@ -184,9 +205,21 @@ void JointDriver::supervise() {
     case Phase::holding:
       if (rest() != reading_.phase) enter(rest());
       return;
+    case Phase::fault: {
+      const auto failed = [](const AxisMaster& a) { return in_fault(a.reading().drive); };
+      if (now_ < reset_until_ && std::ranges::none_of(axes_, failed)) enter(rest());
+      return;
+    }
     default:
       return;
   }
+}
+
+std::string JointDriver::reset_faults() {
+  if (reading_.phase != Phase::fault) return "there is no fault";
+  if (!configured_) return "drives are missing: " + reading_.reason;
+  reset_until_ = now_ + from_seconds(options_.transition_timeout_s);
+  return {};
 }
 
 bool JointDriver::stopped(const AxisMaster& axis) const {
@@ -288,6 +321,12 @@ void JointDriver::command_axes() {
       case Phase::following:
         axis.target_rad = limiter_.position()[static_cast<Eigen::Index>(i)];
         break;
+      case Phase::fault:
+        if (now_ < reset_until_ && axis.reading().drive == DriveState::fault) {
+          axis.controlword = towards_enabled(DriveState::fault, axis.controlword);
+          break;
+        }
+        [[fallthrough]];
       default:
         axis.controlword = overdue ? controlword::kDisableVoltage : controlword::kQuickStop;
         axis.target_rad = axis.reading().position_rad;
@@ -297,12 +336,7 @@ void JointDriver::command_axes() {
 }
 
 void JointDriver::send_setpoints() {
-  for (const AxisMaster& axis : axes_) {
-    can::Frame frame = rpdo(1, axis.axis().node_id);
-    append(frame, axis.controlword, 2);
-    append(frame, static_cast<std::uint32_t>(axis.axis().to_increments(axis.target_rad)), 4);
-    outbox_.push_back(frame);
-  }
+  for (const AxisMaster& axis : axes_) outbox_.push_back(axis.command());
   outbox_.push_back(sync());
   bus_->send(outbox_);
   outbox_.clear();
@@ -396,6 +430,16 @@ void GroupDriver::write(Time now, const Setpoint& setpoint) {
 void GroupDriver::stop() noexcept {
   for (const auto& part : parts_) part->stop();
   // The change shows with the next read: copying a reason could throw.
+}
+
+std::string GroupDriver::reset_faults() {
+  std::string why = "there is no fault";
+  for (const auto& part : parts_) {
+    if (part->reading().phase != Phase::fault) continue;
+    why = part->reset_faults();
+    if (!why.empty()) return why;
+  }
+  return why;
 }
 
 Traffic GroupDriver::traffic() const {

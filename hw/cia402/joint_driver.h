@@ -5,20 +5,22 @@
 
 #include "hw/actuators.h"
 #include "hw/can/bus.h"
-#include "hw/cia402/axis.h"
+#include "hw/cia402/axis_master.h"
 #include "hw/setpoint_limiter.h"
 
 namespace mimesis::hw::cia402 {
 
 struct JointDriverOptions {
-  std::vector<Axis> axes;  ///< one per joint, in the model's order
+  std::vector<Axis> axes{};  ///< one per joint, in the model's order
   /// names of the joints, for reasons; empty: A1, A2 ...
   std::vector<std::string> names{};
-  JointLimits limits;                 ///< limits of the model; enforced on every set-point
+  JointLimits limits{};               ///< limits of the model; enforced on every set-point
   double rate_hz = 200.0;             ///< rate of read and write
   double boot_timeout_s = 2.0;        ///< until missing drives are reported
   double transition_timeout_s = 0.5;  ///< per change of a drive's state
   double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost
+  double following_window_rad = 0.0;  ///< 6065h of the drives; 0: their own
+  double following_time_s = 0.0;      ///< 6066h of the drives; 0: their own
   bool readonly = false;              ///< listens, never sends
   /// reaction of the drives, also to their own watchdogs
   QuickStop quick_stop = QuickStop::disables;
@@ -35,8 +37,11 @@ class JointDriver final : public Actuators {
   const Reading& read(Time now) override;
   void write(Time now, const Setpoint& setpoint) override;
   void stop() noexcept override;
+  std::string reset_faults() override;
 
   const Reading& reading() const { return reading_; }
+  /// What the drives cannot do, a line each; see AxisMaster.
+  std::vector<std::string> notes() const;
   const can::Counters& counters() const { return bus_->counters(); }
 
  private:
@@ -70,6 +75,7 @@ class JointDriver final : public Actuators {
   Time heartbeat_due_{};
   Time silent_until_{};      // after bus-off
   Time retry_at_{};          // after a failed set-up
+  Time reset_until_{};       // drives in fault are reset until then
   bool begun_ = false;       // first cycle seen
   bool configured_ = false;  // every drive is configured and started
   bool may_enable_ = true;   // Mode::idle was set since the last fault
@@ -85,6 +91,7 @@ class GroupDriver final : public Actuators {
   const Reading& read(Time now) override;
   void write(Time now, const Setpoint& setpoint) override;
   void stop() noexcept override;
+  std::string reset_faults() override;
 
   Traffic traffic() const override;  ///< frames on all buses together
 

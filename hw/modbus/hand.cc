@@ -21,11 +21,24 @@ std::uint8_t to_byte(double fraction) {
 }  // namespace
 
 struct HandClient::Connection {
-  Connection(int socket, milliseconds timeout) : context(modbus_new_tcp(nullptr, 0), &modbus_free) {
+  Connection(modbus_t* made, milliseconds timeout) : context(made, &modbus_free) {
     MIMESIS_ASSERT(context != nullptr);
-    modbus_set_socket(context.get(), socket);
     modbus_set_slave(context.get(), kUnit);
     set_timeout(timeout);
+  }
+  static tl::expected<std::unique_ptr<Connection>, Status> open(const Address& address,
+                                                                milliseconds timeout) {
+    if (address.device.empty()) {
+      const auto socket = connect(address, timeout);
+      if (!socket) return tl::unexpected(socket.error());
+      auto tcp = std::make_unique<Connection>(modbus_new_tcp(nullptr, 0), timeout);
+      modbus_set_socket(tcp->context.get(), *socket);
+      return tcp;
+    }
+    auto line = std::make_unique<Connection>(
+        modbus_new_rtu(address.device.c_str(), 115'200, 'N', 8, 1), timeout);
+    if (modbus_connect(line->context.get()) == 0) return line;
+    return tl::unexpected(Status{"hand at " + address.text + ": " + modbus_strerror(errno)});
   }
   ~Connection() { modbus_close(context.get()); }
   void set_timeout(milliseconds timeout) const {
@@ -60,9 +73,9 @@ tl::unexpected<Status> HandClient::fail(Time now, const std::string& why) {
 tl::expected<HandInput, Status> HandClient::exchange(Time now, const HandOutput& output) {
   if (!connection_) {
     if (now < retry_at_) return tl::unexpected(Status{last_failure_});
-    const auto socket = connect(address_, timeout_);
-    if (!socket) return fail(now, socket.error().reason);
-    connection_ = std::make_unique<Connection>(*socket, timeout_);
+    auto opened = Connection::open(address_, timeout_);
+    if (!opened) return fail(now, opened.error().reason);
+    connection_ = std::move(*opened);
     written_once_ = false;
   }
   modbus_t* context = connection_->context.get();

@@ -73,7 +73,11 @@ Address parse_address(const std::string& text, const std::string& directory) {
     address.port = text.substr(last + 1);
     return address;
   }
-  throw ConfigError("Modbus '" + text + "': expected tcp:HOST:PORT or unix:NAME");
+  if (kind == "rtu" && first + 1 < text.size() && text[first + 1] == '/') {
+    address.device = text.substr(first + 1);
+    return address;
+  }
+  throw ConfigError("Modbus '" + text + "': expected tcp:HOST:PORT, unix:NAME or rtu:/dev/NAME");
 }
 
 tl::expected<int, Status> connect(const Address& address, std::chrono::milliseconds timeout) {
@@ -111,6 +115,7 @@ int listen(const Address& address) {
   const auto refuse = [&](const std::string& why) {
     throw ConfigError("Modbus server at " + address.text + ": " + why);
   };
+  if (!address.device.empty()) refuse("expected tcp:HOST:PORT or unix:NAME");
   if (address.local) {
     if (const auto other = connect(address, std::chrono::milliseconds(50))) {
       close(*other);

@@ -24,6 +24,9 @@ GOOD = {
     "nodes/b/maths/test/m_test.cc": '#include "common/testing/no_malloc.h"\n',
     "nodes/b/b.h": "#include <chrono>\n",
     "hw/can/bus.h": "",
+    "hw/cia402/axis.h": "",
+    "hw/cia402/canopen.h": "",
+    "hw/sim/cia402/drive.h": '#include "hw/cia402/axis.h"\n',
     "hw/sim/plant/main.cc": "",
     "hw/sim/plant/plant.h": '#include "hw/can/bus.h"\n',
     "hw/can/test/bus_test.cc": '#include "hw/sim/plant/plant.h"\n',
@@ -54,6 +57,9 @@ class Layers(unittest.TestCase):
 
     def test_a_good_tree_has_no_mistakes(self):
         self.assertEqual(layers(GOOD)[0], 0, layers(GOOD)[1])
+
+    def test_the_simulated_drive_has_its_own_codec(self):
+        self.expect("hw/sim/cia402/drive.h", '#include "hw/cia402/canopen.h"', "hw/cia402/canopen.h: the simulated drive")
 
     def test_a_node_never_includes_another(self):
         self.expect("nodes/a/a_node.h", '#include "nodes/b/b.h"', "nodes/b/b.h: belongs to node nodes/b")

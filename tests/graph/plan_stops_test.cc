@@ -10,7 +10,7 @@
 #include "hw/bridge/command_gate.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
-#include "hw/sim/cia402/drive.h"
+#include "hw/sim/cia402/rack.h"
 #include "nodes/planner/task_plan.h"
 
 namespace mimesis {

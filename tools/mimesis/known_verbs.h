@@ -28,6 +28,7 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"cognition", "Says why the neural fields decided as they did"},
     KnownVerb{"calibrate", "Calibrates cameras from pictures of a chessboard"},
     KnownVerb{"vision", "Teaches vision the colours of things"},
+    KnownVerb{"hw", "Drives on their buses: finds, watches, checks, moves, asks, breaks"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},
     KnownVerb{"drawer-trials", "Writes generated trials of the drawer task as files"},
     KnownVerb{"reproduce", "Recomputes a published figure and compares it with its reference"},

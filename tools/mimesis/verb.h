@@ -31,6 +31,7 @@ void add_plan(CLI::App& program, int& exit_code);
 void add_calibrate(CLI::App& program, int& exit_code);
 void add_vision(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
+void add_hw(CLI::App& program, int& exit_code);
 void add_demix(CLI::App& program, int& exit_code);
 void add_drawer_trials(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hw/cia402/joint_driver.h"
-#include "hw/sim/cia402/drive.h"
+#include "hw/sim/cia402/rack.h"
 
 namespace mimesis::hw {
 namespace {

@@ -8,8 +8,9 @@
 
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
-#include "hw/sim/cia402/drive.h"
+#include "hw/sim/cia402/rack.h"
 #include "hw/sim/hand/hand.h"
+#include "hw/sim/powercube/module.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -106,6 +107,38 @@ TEST_F(Node, LostDrivesAreAFault) {
   EXPECT_EQ(status.reason(), "A1 (node 1): no feedback for 0.1 s");
   EXPECT_EQ(arm.fault(), status.reason());
   EXPECT_GT(status.can_errors(), 0u) << "nobody hears the quick stop";
+}
+
+/// One bridge for all of it: a fault stops the arm, service `reset` ends the fault, a new stream
+/// moves the arm again.
+TEST_F(Node, AFaultOfADriveIsReset) {
+  const auto reset = [&] {
+    const auto answer = graph.call("test/reset", "", 1s);
+    return answer ? "" : answer.error().reason;
+  };
+  run(1s);
+  EXPECT_EQ(reset(), "there is no fault");
+  rack->drives()[2].inject(sim::Trouble::over_temperature);
+  run(300ms);
+  EXPECT_EQ(status.state(), "fault");
+  EXPECT_NE(status.reason().find("A3 (node 3): expected operation enabled, is fault"),
+            std::string::npos)
+      << status.reason();
+  EXPECT_NE(status.reason().find("drive too hot (0x4310)"), std::string::npos);
+  run(300ms);
+  EXPECT_EQ(status.state(), "fault") << "the stream that was there has no effect";
+  run(200ms, false);
+  run(300ms);
+  EXPECT_EQ(status.state(), "fault") << "a new stream alone does not reset a drive";
+  EXPECT_EQ(reset(), "");
+  run(300ms);
+  EXPECT_NE(status.state(), "fault") << status.reason();
+  run(200ms, false);
+  EXPECT_EQ(status.state(), "idle");
+  for (const auto& drive : rack->drives()) EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+  run(300ms);
+  EXPECT_EQ(status.state(), "following") << status.reason();
+  EXPECT_EQ(rack->drives()[2].objects().value(0x1001'00), 0) << "error register";
 }
 
 TEST_F(Node, ClosesTheHandOnTheObject) {
@@ -221,6 +254,38 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
   EXPECT_TRUE(state->operational());
 }
 
+TEST(ActuatorsOfAnotherKind, MayBePowerCubeModules) {
+  testing::Loopback graph;
+  const std::string robot = robot_with(graph, "drives", "powercube");
+  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  Eigen::VectorXd target = load_joints(robot).home;
+  const auto bus = can::open("embedded:arm", graph.directory());
+  std::vector<sim::Module> modules;
+  for (int i = 0; i < 7; ++i)
+    modules.emplace_back(sim::ModuleConfig{.module = i + 1, .position_rad = target[i]});
+  Time now = 1s;
+  std::string state;
+  const auto step = [&] {
+    state = stream_at(target, 1, node, graph, now);
+    std::array<can::Frame, 128> frames;
+    std::vector<can::Frame> out;
+    const std::size_t count = bus->receive(frames);
+    for (sim::Module& m : modules) {
+      m.advance(now);
+      for (const can::Frame& f : std::span(frames).first(count)) m.handle(f, out);
+    }
+    bus->send(out);
+  };
+  for (int k = 0; k < 200; ++k) step();
+  for (int k = 0; k < 100; ++k) {
+    target[3] += 0.001;
+    step();
+  }
+  for (int k = 0; k < 20; ++k) step();
+  EXPECT_NEAR(modules[3].position_rad(), target[3], 1e-3);
+  EXPECT_EQ(modules[3].state() & 0x4u, 0u) << "not halted";
+}
+
 TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
   testing::Loopback graph;
   const std::string robot = robot_with(graph, "drives", "nobody");
@@ -270,7 +335,8 @@ TEST_F(Node, BadConfigurationIsRefused) {
   EXPECT_NE(refusal({.robot = "nobody.yaml"}).find("nobody.yaml"), std::string::npos);
   EXPECT_EQ(refusal({.can = "can0"}),
             "CAN bus 'can0': expected embedded:NAME or socketcan:INTERFACE");
-  EXPECT_EQ(refusal({.hand = "hand"}), "Modbus 'hand': expected tcp:HOST:PORT or unix:NAME");
+  EXPECT_EQ(refusal({.hand = "hand"}),
+            "Modbus 'hand': expected tcp:HOST:PORT, unix:NAME or rtu:/dev/NAME");
   EXPECT_EQ(refusal({.axes = {{.node_id = 1}}}), "axes: 1 given, the robot has 7 joints");
 }
 

@@ -8,7 +8,7 @@
 #include "common/testing/loopback.h"
 #include "common/testing/no_malloc.h"
 #include "hw/can/testing/memory_wire.h"
-#include "hw/sim/cia402/drive.h"
+#include "hw/sim/cia402/rack.h"
 
 namespace mimesis::hw::cia402 {
 namespace {

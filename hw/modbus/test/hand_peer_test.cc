@@ -82,5 +82,56 @@ TEST(Peer, OurClientDrivesAPymodbusHand) {
   EXPECT_EQ(answer->requested, 99);
 }
 
+// Two pseudo terminals joined by a thread are a serial line; the second one's name goes to standard
+// output.
+constexpr const char* kPymodbusSerialHand = R"(
+import os, pty, threading, tty
+from pymodbus.server import StartSerialServer
+from pymodbus.transaction import ModbusRtuFramer
+from pymodbus.datastore import ModbusSlaveContext, ModbusServerContext, ModbusSequentialDataBlock
+ends = [pty.openpty(), pty.openpty()]
+for master, slave in ends: tty.setraw(master); tty.setraw(slave)
+def copy(a, b):
+    while True: os.write(b, os.read(a, 1000))
+for a, b in ((0, 1), (1, 0)): threading.Thread(target=copy, args=(ends[a][0], ends[b][0]), daemon=True).start()
+print(os.ttyname(ends[1][1]), flush=True)
+block = ModbusSequentialDataBlock(1000, [0] * 1008)
+block.setValues(2000, [0xF900, 77, 77 << 8])
+context = ModbusServerContext(slaves={9: ModbusSlaveContext(hr=block, zero_mode=True)}, single=False)
+StartSerialServer(context=context, framer=ModbusRtuFramer, port=os.ttyname(ends[0][1]), baudrate=115200)
+)";
+
+TEST(Peer, OurClientDrivesAPymodbusHandOnASerialLine) {
+  if (system("/usr/bin/python3 -c 'import pymodbus.server, serial' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "python3-pymodbus (with python3-serial-asyncio) is not installed";
+  }
+  int names[2];
+  ASSERT_EQ(pipe(names), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(names[1], 1);
+    execl("/usr/bin/python3", "python3", "-c", kPymodbusSerialHand, nullptr);
+    _exit(127);
+  }
+  close(names[1]);
+  std::string device;
+  for (char c; read(names[0], &c, 1) == 1 && c != '\n';) device += c;
+  HandClient client(parse_address("rtu:" + device, ""), 500ms);
+  const HandOutput o{.activate = true, .mode = HandMode::pinch, .go = true, .position = 99};
+  auto answer = client.exchange(0s, o);
+  const auto start = std::chrono::steady_clock::now();
+  while (!answer && std::chrono::steady_clock::now() - start < 20s) {  // until it listens
+    ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the peer has ended";
+    answer = client.exchange(std::chrono::steady_clock::now() - start + 1h, o);
+  }
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  close(names[0]);
+  ASSERT_TRUE(answer.has_value()) << answer.error().reason;
+  EXPECT_EQ(answer->requested, 77);
+  const auto gone = client.exchange(std::chrono::steady_clock::now() - start + 2h, o);
+  EXPECT_FALSE(gone.has_value()) << "the line is dead";
+}
+
 }  // namespace
 }  // namespace mimesis::hw::modbus

@@ -89,6 +89,78 @@ TEST_F(Hand, StopLeavesTheFingersWhereTheyAre) {
   EXPECT_DOUBLE_EQ(plant.closure(), half);
 }
 
+/// A hand that answers whatever it likes: listens, reads, and gives `answer`.
+class OddHand {
+ public:
+  OddHand(const Address& address, std::string answer)
+      : listener_(listen(address)), answer_(std::move(answer)), thread_([this] { serve(); }) {}
+  ~OddHand() {
+    shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    close(listener_);
+  }
+
+ private:
+  void serve() {
+    for (int client; (client = accept(listener_, nullptr, nullptr)) >= 0; close(client)) {
+      char request[300];
+      while (recv(client, request, sizeof(request), 0) > 0 &&
+             send(client, answer_.data(), answer_.size(), MSG_NOSIGNAL) >= 0) {
+      }
+    }
+  }
+  int listener_;
+  std::string answer_;
+  std::thread thread_;
+};
+
+/// In the middle of a grip the hand dies, stalls, or answers rubbish; the driver says so, within
+/// 0.5 s and without waiting for it, and goes on when the hand is back.
+TEST_F(Hand, FailsInTheMiddleOfAGrip) {
+  using Clock = std::chrono::steady_clock;
+  const std::string other_function("\0\1\0\0\0\3\x09\x83\2", 9),
+      no_modbus = "HTTP/1.0 400 Bad Request\r\n\r\n", endless(4096, '\xFF'), half("\0\1\0", 3);
+  const std::pair<const char*, const std::string*> ways[] = {
+      {"dies", nullptr},          {"stalls", nullptr},   {"exception", &other_function},
+      {"not Modbus", &no_modbus}, {"babbles", &endless}, {"half an answer", &half}};
+  for (const auto& [way, answer] : ways) {
+    SCOPED_TRACE(way);
+    server.reset();
+    server = std::make_unique<sim::HandServer>(address);
+    plant = sim::HandPlant{{}};
+    HandDriver driver(address, {.threaded = true, .timeout = 50ms});
+    const HandSetpoint close{.move = true, .closure = 1.0, .force = 0.5};
+    const auto cycle = [&] {
+      const auto before = Clock::now();
+      reading = driver.exchange(now += 10ms, close);
+      const auto took = Clock::now() - before;
+      if (server) plant.step(0.01, server->exchange(plant.input()), 0.5);
+      std::this_thread::sleep_until(before + 5ms);
+      return took;
+    };
+    const auto until = [&](const auto& done) {
+      for (const auto end = Clock::now() + 20s; Clock::now() < end && !done();) cycle();
+      return done();
+    };
+    ASSERT_TRUE(until([&] { return reading.moving; })) << reading.fault;
+    server.reset();
+    std::optional<OddHand> odd;
+    int silent = -1;
+    if (answer != nullptr) odd.emplace(address, *answer);
+    if (way == std::string("stalls")) silent = listen(address);
+    const auto failed = Clock::now();
+    ASSERT_TRUE(until([&] { return !reading.fault.empty(); }));
+    RecordProperty(way, static_cast<int>((Clock::now() - failed) / 1ms));
+    EXPECT_FALSE(reading.active);
+    EXPECT_FALSE(reading.moving);
+    for (int k = 0; k < 20; ++k) EXPECT_LT(cycle(), 10s) << "the arm never waits";
+    odd.reset();
+    if (silent >= 0) ::close(silent);
+    server = std::make_unique<sim::HandServer>(address);
+    ASSERT_TRUE(until([&] { return reading.active; })) << reading.fault;
+  }
+}
+
 TEST_F(Hand, ReconnectsWithGrowingPauses) {
   HandClient client(address, 2000ms);
   ASSERT_TRUE(client.exchange(1s, {}).has_value());

@@ -32,6 +32,14 @@ class AxisPlant {
       q_ += v_ * h;
     }
   }
+  /// Velocity loop: q̈ = sat(2ω(v_ref − q̇), a_max).
+  void turn(double v_ref, double dt) {
+    accelerate(dt, [&] { return 2.0 * params_.bandwidth_rad_s * (v_ref - v_); });
+  }
+  /// Torque of the motor [N m]: q̈ = sat((τ − b q̇)/J, a_max).
+  void push(double torque, double dt) {
+    accelerate(dt, [&] { return (torque - params_.friction_n_m_s * v_) / params_.inertia_kg_m2; });
+  }
   /// Decelerates at `deceleration` [rad/s²] for `dt` [s].
   void brake(double deceleration, double dt) {
     const double slowing = std::min(std::abs(v_), deceleration * dt);
@@ -43,8 +51,8 @@ class AxisPlant {
   }
   /// The mechanical brake: at rest at once.
   void lock() { v_ = a_ = 0.0; }
-  /// An obstacle holds the joint from now on.
-  void jam() { jammed_ = true; }
+  /// An obstacle holds the joint from now on, or lets it go.
+  void jam(bool on) { jammed_ = on; }
 
   double position() const { return q_; }  ///< [rad]
   double velocity() const { return v_; }  ///< [rad/s]
@@ -55,6 +63,18 @@ class AxisPlant {
 
  private:
   static constexpr double kLongestStep = 0.5e-3;  // [s]
+
+  template <class Acceleration>
+  void accelerate(double dt, const Acceleration& wanted) {
+    if (jammed_) return lock();
+    const int steps = std::max(1, static_cast<int>(std::ceil(dt / kLongestStep)));
+    const double h = dt / steps;
+    for (int i = 0; i < steps; ++i) {
+      a_ = std::clamp(wanted(), -params_.a_max_rad_s2, params_.a_max_rad_s2);
+      v_ = std::clamp(v_ + a_ * h, -params_.v_max_rad_s, params_.v_max_rad_s);
+      q_ += v_ * h;
+    }
+  }
 
   PlantParams params_;
   double q_, v_ = 0.0, a_ = 0.0;
@@ -73,6 +93,8 @@ class WorldJoint {
     motor_ = q_ref;
     rate_ = v_ref;
   }
+  void turn(double v_ref, double dt) { track(motor_ + v_ref * dt, v_ref, dt); }
+  void push(double, double) {}  ///< not offered: a world takes positions
   void brake(double deceleration, double dt) {
     const double slowing = std::min(std::abs(rate_), deceleration * dt);
     const double rate = rate_ - std::copysign(slowing, rate_);
@@ -82,7 +104,7 @@ class WorldJoint {
   }
   /// The brake on the motor's shaft: it stays where it is.
   void lock() { rate_ = 0.0; }
-  void jam() { jammed_ = true; }
+  void jam(bool on) { jammed_ = on; }
   double position() const { return position_; }  ///< [rad]
   double velocity() const { return velocity_; }  ///< [rad/s]
   double torque() const { return torque_; }      ///< [N m]

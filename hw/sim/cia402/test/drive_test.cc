@@ -1,5 +1,3 @@
-#include "hw/sim/cia402/drive.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -50,11 +48,11 @@ TEST_F(OneDrive, AnnouncesItself) {
 TEST_F(OneDrive, AnswersSdoAsTheStandardAsks) {
   EXPECT_EQ(ask(cia402::sdo_upload(4, obj::kDeviceType)).value, 0x00020192u);
   EXPECT_EQ(ask(cia402::sdo_upload(4, obj::kPosition)).value, 40'000u);
-  EXPECT_EQ(abort_of(cia402::sdo_upload(4, {0x2000, 0})), 0x06020000u);
+  EXPECT_EQ(abort_of(cia402::sdo_upload(4, {0x2001, 0})), 0x06020000u);
   EXPECT_EQ(abort_of(cia402::sdo_upload(4, {0x607D, 7})), 0x06090011u);
   EXPECT_EQ(abort_of(cia402::sdo_download(4, obj::kStatusword, 1, 2)), 0x06010002u);
   EXPECT_EQ(abort_of(cia402::sdo_download(4, obj::kHeartbeatTime, 1, 4)), 0x06070010u);
-  EXPECT_EQ(abort_of(cia402::sdo_download(4, obj::kMode, 1, 1)), 0x06090030u) << "only CSP";
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, obj::kMode, 7, 1)), 0x06090030u) << "no IP";
   can::Frame segmented = cia402::sdo_upload(4, {0x1008, 0});
   segmented.data[0] = 0x60;
   EXPECT_EQ(abort_of(segmented), 0x05040001u);
@@ -114,7 +112,7 @@ TEST_F(OneDrive, TellsOfALostMasterAndStops) {
   pass(1ms);
   EXPECT_NE(drive.state(), DriveState::operation_enabled);
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(out[0], cia402::emergency(4, 0x8130, 0x10));
+  EXPECT_EQ(out[0], cia402::emergency(4, 0x8130, 0x11));
 }
 
 class OneDriveThatGoesOn : public OneDrive {

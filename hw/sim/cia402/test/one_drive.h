@@ -1,7 +1,8 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include "hw/sim/cia402/drive.h"
+#include "hw/cia402/cia402.h"
+#include "hw/sim/cia402/rack.h"
 
 namespace mimesis::hw::sim {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "hw/can/testing/memory_wire.h"
-#include "hw/sim/cia402/drive.h"
+#include "hw/sim/cia402/rack.h"
 #include "hw/sim/cia402/test/one_drive.h"
 
 namespace mimesis::hw::sim {
@@ -24,7 +24,7 @@ TEST_F(Watchdogs, NoSetPointsForLongerThanTheDeadlineIsAQuickStop) {
   pass(1ms);
   EXPECT_EQ(drive.state(), DriveState::quick_stop_active);
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(out[0], cia402::emergency(4, 0x8250, 0x10));
+  EXPECT_EQ(out[0], cia402::emergency(4, 0x8250, 0x11));
 }
 
 /// The graph's clock may be set back; what a drive waits for comes all the same.
@@ -100,7 +100,7 @@ TEST_F(Watchdogs, TheErrorRegisterIsClearedWithTheFault) {
   drive.inject(Trouble::overcurrent);
   pass(2ms);
   ASSERT_EQ(drive.state(), DriveState::fault);
-  EXPECT_EQ(ask(cia402::sdo_upload(4, error_register)).value, 1u);
+  EXPECT_EQ(ask(cia402::sdo_upload(4, error_register)).value, 3u);
   command(cia402::controlword::kFaultReset);
   EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
   EXPECT_EQ(ask(cia402::sdo_upload(4, error_register)).value, 0u);

@@ -101,7 +101,7 @@ TEST_F(InAWorld, OnlyALongFollowingErrorIsAFault) {
   pass(2ms);
   EXPECT_NE(drive.state(), DriveState::operation_enabled);
   ASSERT_FALSE(out.empty());
-  EXPECT_EQ(out[0], cia402::emergency(4, 0x8611, 1));
+  EXPECT_EQ(out[0], cia402::emergency(4, 0x8611, 0x21));
 }
 
 }  // namespace

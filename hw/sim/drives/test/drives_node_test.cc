@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/testing/loopback.h"
+#include "hw/cia402/canopen.h"
 
 namespace mimesis::hw::sim {
 namespace {
@@ -23,7 +24,7 @@ TEST(DrivesNode, PublishesTheTruthAndMakesTroubleOnTime) {
     std::array<can::Frame, 64> frames;
     const std::size_t count = tap->receive(frames);
     for (const can::Frame& f : std::span(frames).first(count)) {
-      if (f == cia402::emergency(3, 0x2310, 1)) ++emergencies;
+      if (f == cia402::emergency(3, 0x2310, 3)) ++emergencies;
     }
   }
   EXPECT_EQ(emergencies, 1);

@@ -5,7 +5,7 @@
 
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
-#include "hw/cia402/canopen.h"
+#include "hw/cia402/cia402.h"
 #include "hw/sim/drives/drives_node.h"
 
 namespace mimesis::hw::sim {

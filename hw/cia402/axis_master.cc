@@ -1,0 +1,264 @@
+#include "hw/cia402/axis_master.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "common/time.h"
+
+namespace mimesis::hw::cia402 {
+namespace {
+
+using Kind = SetupStep::Kind;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kSdoTimeout(100);
+constexpr int kSdoAttempts = 3;
+
+std::string hex(std::uint32_t value) { return fmt::format("0x{:04X}", value); }
+
+bool is_missing(std::uint32_t abort_code) {
+  return abort_code == 0x06020000 || abort_code == 0x06090011;
+}
+
+std::string what(const SetupStep& step) {
+  return "SDO " + text(step.object) + " (" + step.meaning + ")";
+}
+
+bool carries(const std::vector<Mapped>& map, Object object, int bytes) {
+  return std::ranges::any_of(
+      map, [&](const Mapped& m) { return m.object == object && m.bytes == bytes; });
+}
+
+}  // namespace
+
+AxisMaster::AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps)
+    : name_(std::move(name)), axis_(axis), wanted_(std::move(steps)) {
+  restart();
+}
+
+void AxisMaster::restart() {
+  steps_ = wanted_;
+  for (std::vector<Mapped>& map : maps_) map.clear();
+  for (const SetupStep& step : wanted_) {
+    const bool entry = step.pdo >= 0 && step.object.sub > 0;
+    if (entry) maps_.at(static_cast<std::size_t>(step.pdo)).push_back(mapped(step.value));
+  }
+  step_ = 0;
+  attempts_ = 0;
+  refused_ = 0;
+  verifying_ = heard_ = rebooted_ = position_known_ = false;
+  asked_ = std::nullopt;
+  demand_rad_ = std::nullopt;
+  failure_.clear();
+  notes_.clear();
+  reading_.drive = DriveState::unknown;
+}
+
+bool AxisMaster::uploading() const {
+  const Kind kind = steps_[step_].kind;
+  return kind == Kind::expect || kind == Kind::expect_least || kind == Kind::learn || verifying_;
+}
+
+void AxisMaster::advance(Time now, std::vector<can::Frame>& out) {
+  if (configured() || !failure_.empty()) return;
+  if (asked_ && now - *asked_ < kSdoTimeout) return;
+  const SetupStep& step = steps_[step_];
+  if (asked_ && found() && ++attempts_ == kSdoAttempts) {
+    fail("no answer to " + what(step));
+    return;
+  }
+  asked_ = now;
+  out.push_back(uploading() ? sdo_upload(axis_.node_id, step.object)
+                            : sdo_download(axis_.node_id, step.object, step.value, step.bytes));
+}
+
+void AxisMaster::fail(const std::string& why) { failure_ = name_ + ": " + why; }
+
+void AxisMaster::next_step() {
+  ++step_;
+  attempts_ = 0;
+  refused_ = 0;
+  verifying_ = false;
+  asked_ = std::nullopt;
+  if (step_ == steps_.size()) check_maps();
+}
+
+/// A drive with PDOs of its own must carry what moves it and what shows its state.
+void AxisMaster::check_maps() {
+  const std::vector<Mapped>& command = maps_[0];
+  for (const Mapped& m : command) {
+    const bool ours = m.object == object::kControlword || m.object == object::kTarget ||
+                      m.object == object::kMode;
+    if (!ours) return fail("RPDO1 carries " + text(m.object) + ", which the bridge cannot give");
+  }
+  const auto demand = [&](bool there, Object object, const char* pdo) {
+    if (!there && failure_.empty()) fail(text(object) + " is not in " + pdo);
+  };
+  demand(carries(command, object::kControlword, 2), object::kControlword, "RPDO1");
+  demand(carries(command, object::kTarget, 4), object::kTarget, "RPDO1");
+  const auto shown = [&](Object object, int bytes) {
+    return carries(maps_[1], object, bytes) || carries(maps_[2], object, bytes);
+  };
+  demand(shown(object::kStatusword, 2), object::kStatusword, "TPDO1 or TPDO2");
+  demand(shown(object::kPosition, 4), object::kPosition, "TPDO1 or TPDO2");
+  shows_velocity_ = shown(object::kVelocity, 4);
+}
+
+void AxisMaster::note(const SetupStep& step, std::uint32_t code, const std::string& consequence) {
+  if (consequence.empty()) return;
+  notes_.push_back(name_ + ": " + what(step) + ": " + abort_text(code) + "; " + consequence);
+}
+
+/// The mapping of a PDO that is as the maker has made it.
+void AxisMaster::learn_mapping(const SetupStep& refused, std::uint32_t code) {
+  const int pdo = refused.pdo;
+  const Object count{refused.object.index, 0};
+  note(refused, code, "its own mapping is used");
+  const auto here = steps_.begin() + static_cast<std::ptrdiff_t>(step_);
+  steps_.erase(std::remove_if(here, steps_.end(), [&](const SetupStep& s) { return s.pdo == pdo; }),
+               steps_.end());
+  steps_.insert(steps_.begin() + static_cast<std::ptrdiff_t>(step_), {.kind = Kind::learn,
+                                                                      .object = count,
+                                                                      .value = 0,
+                                                                      .bytes = 1,
+                                                                      .meaning = "PDO mapping",
+                                                                      .pdo = pdo});
+  maps_.at(static_cast<std::size_t>(pdo)).clear();
+  asked_ = std::nullopt;
+}
+
+void AxisMaster::on_learnt(const SetupStep& step, std::uint32_t value) {
+  if (step.object.sub > 0) {
+    maps_.at(static_cast<std::size_t>(step.pdo)).push_back(mapped(value));
+    return;
+  }
+  constexpr std::uint32_t kMost = 8;
+  SetupStep entry = step;
+  for (std::uint8_t sub = 1; sub <= std::min(value, kMost); ++sub) {
+    entry.object.sub = sub;
+    steps_.insert(steps_.begin() + static_cast<std::ptrdiff_t>(step_) + sub, entry);
+  }
+}
+
+void AxisMaster::on_refusal(const SetupStep& step, std::uint32_t code) {
+  const bool reads = uploading();
+  if (step.pdo >= 0 && step.kind != Kind::learn) return learn_mapping(step, code);
+  if (reads || is_missing(code)) {
+    if (step.without == nullptr) return fail(what(step) + ": " + abort_text(code));
+    note(step, code, step.without);
+    return next_step();
+  }
+  refused_ = code;  // it may be as wanted already
+  verifying_ = true;
+  asked_ = std::nullopt;
+}
+
+void AxisMaster::on_response(const Sdo& response) {
+  if (configured() || !asked_ || !failure_.empty()) return;
+  const SetupStep step = steps_[step_];
+  if (response.object != step.object) return;  // late answer to an earlier request
+  if (response.kind == Sdo::Kind::abort) return on_refusal(step, response.value);
+  if (uploading() != (response.kind == Sdo::Kind::uploaded)) return;
+  if (!uploading()) {
+    if (step.kind == Kind::write) return next_step();
+    verifying_ = true;
+    asked_ = std::nullopt;
+    return;
+  }
+  if (step.kind == Kind::learn) {
+    on_learnt(step, response.value);
+    return next_step();
+  }
+  const std::uint32_t mask =
+      step.bytes == 4 ? step.mask : step.mask & ((1u << 8 * step.bytes) - 1u);
+  const std::uint32_t value = response.value & mask;
+  const bool good =
+      step.kind == Kind::expect_least ? value >= step.value : value == (step.value & mask);
+  if (good) return next_step();
+  if (refused_ != 0 && step.without != nullptr) {
+    note(step, refused_, step.without);
+    return next_step();
+  }
+  fail(what(step) + ": " + (refused_ != 0 ? abort_text(refused_) + ": " : "") + "expected " +
+       (step.kind == Kind::expect_least ? "at least " : "") + hex(step.value) + ", is " +
+       hex(value));
+}
+
+void AxisMaster::handle(const Identity& id, const can::Frame& frame, Time now) {
+  switch (id.kind) {
+    case Identity::Kind::sdo_response:
+      return on_response(parse_sdo_response(frame));
+    case Identity::Kind::heartbeat:
+      heartbeat_seen_ = now;
+      if (frame.length == 1 && frame.data[0] == static_cast<std::uint8_t>(NmtState::boot_up)) {
+        rebooted_ = configured();
+        if (!configured()) restart();
+      }
+      return;
+    case Identity::Kind::emergency:
+      emergency_ = static_cast<std::uint16_t>(unsigned_at(frame, 0, 2).value_or(0));
+      return;
+    case Identity::Kind::tpdo:
+      if (id.n <= 2) take_in(maps_.at(static_cast<std::size_t>(id.n)), frame, now);
+      return;
+    default:
+      return;
+  }
+}
+
+void AxisMaster::take_in(const std::vector<Mapped>& map, const can::Frame& frame, Time now) {
+  int length = 0;
+  for (const Mapped& m : map) length += m.bytes;
+  if (frame.length < length) return;  // not the mapping we asked for
+  int at = 0;
+  for (const Mapped& m : map) {
+    const std::int32_t value = signed_at(frame, at, m.bytes).value_or(0);
+    at += m.bytes;
+    if (m.object == object::kStatusword) {
+      statusword_ = static_cast<std::uint16_t>(value);
+      const DriveState state = decode_statusword(statusword_);
+      if (state != reading_.drive) state_since_ = now;
+      reading_.drive = state;
+      feedback_seen_ = now;
+    } else if (m.object == object::kPosition) {
+      const double before = std::exchange(reading_.position_rad, axis_.to_rad(value));
+      if (!shows_velocity_ && position_known_ && now > position_seen_) {
+        reading_.velocity_rad_s =
+            (reading_.position_rad - before) / to_seconds(now - position_seen_);
+      }
+      position_known_ = true;
+      position_seen_ = now;
+    } else if (m.object == object::kTorque) {
+      reading_.torque_n_m = axis_.to_torque(value);
+    } else if (m.object == object::kVelocity) {
+      reading_.velocity_rad_s = axis_.rate_to_rad(value);
+    } else if (m.object == object::kDemand) {
+      const double demand_rad = axis_.to_rad(value);
+      demand_moves_ = demand_rad_ && *demand_rad_ != demand_rad;
+      demand_rad_ = demand_rad;
+    }
+  }
+  heard_ = position_known_ && reading_.drive != DriveState::unknown;
+}
+
+can::Frame AxisMaster::command() const {
+  can::Frame frame = rpdo(1, axis_.node_id);
+  for (const Mapped& m : maps_[0]) {
+    const std::uint32_t value = m.object == object::kControlword ? controlword
+                                : m.object == object::kTarget
+                                    ? static_cast<std::uint32_t>(axis_.to_increments(target_rad))
+                                    : std::uint32_t{kCyclicSynchronousPosition};
+    append(frame, value, m.bytes);
+  }
+  return frame;
+}
+
+std::string AxisMaster::complaint(DriveState expected) const {
+  std::string line = name_ + ": expected " + hw::name(expected) + ", is " +
+                     hw::name(reading_.drive) + " (statusword " + hex(statusword_) + ")";
+  if (emergency_ != 0) line += ": " + emergency_text(emergency_);
+  return line;
+}
+
+}  // namespace mimesis::hw::cia402

@@ -1,0 +1,101 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hw/actuators.h"
+#include "hw/cia402/axis.h"
+#include "hw/cia402/setup.h"
+
+namespace mimesis::hw::cia402 {
+
+/// Our side of one drive: finds it, configures it by SDO (one access per cycle), reads its
+/// messages. What a drive refuses is handled by what it says: an object that may be missing becomes
+/// a note, one that may not be written is read, PDOs that cannot be mapped anew are used as they
+/// are. Pure: frames in, frames out, time as argument.
+class AxisMaster {
+ public:
+  /// @param name "A3 (node 3)", for reasons
+  AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps);
+
+  /// Forgets the drive: it is searched and configured again.
+  void restart();
+  /// A frame of this node.
+  void handle(const Identity& id, const can::Frame& frame, Time now);
+  /// Appends the SDO request that is due.
+  void advance(Time now, std::vector<can::Frame>& out);
+  /// Supervision starts here: the drive is to answer from now on.
+  void watch_from(Time now) { feedback_seen_ = heartbeat_seen_ = now; }
+
+  bool found() const { return step_ > 0; }
+  bool configured() const { return step_ == steps_.size() && failure_.empty(); }
+  /// Empty, or the reason why the configuration cannot continue.
+  const std::string& failure() const { return failure_; }
+  /// What is less than asked for, a line each: "A2 (node 5): 1400:05: sub-index does not exist
+  /// (0x06090011): ...".
+  const std::vector<std::string>& notes() const { return notes_; }
+  /// True once if the drive has rebooted since it was configured.
+  bool take_rebooted() { return std::exchange(rebooted_, false); }
+
+  bool heard() const { return heard_; }  ///< feedback has come since the start
+  Time feedback_age(Time now) const { return now - feedback_seen_; }
+  Time heartbeat_age(Time now) const { return now - heartbeat_seen_; }
+  const JointReading& reading() const { return reading_; }
+  /// Position at which the drive holds its motor, if reported; else the joint's [rad].
+  double demand_rad() const { return demand_rad_.value_or(reading_.position_rad); }
+  /// The drive still moves that, as on a quick stop's ramp.
+  bool demand_moves() const { return demand_moves_; }
+  /// How long the drive has shown its present state.
+  Time state_age(Time now) const { return now - state_since_; }
+  /// "A3 (node 3): expected operation enabled, is fault (statusword 0x0218): following error
+  /// (0x8611)"
+  std::string complaint(DriveState expected) const;
+
+  /// RPDO1: controlword and target as the drive has mapped them.
+  can::Frame command() const;
+
+  const std::string& name() const { return name_; }
+  const Axis& axis() const { return axis_; }
+
+  // controlword of the next frame; kept here because a fault reset is an edge
+  std::uint16_t controlword = 0;
+  double target_rad = 0.0;
+
+ private:
+  void on_response(const Sdo& response);
+  void on_refusal(const SetupStep& step, std::uint32_t code);
+  void on_learnt(const SetupStep& step, std::uint32_t value);
+  void learn_mapping(const SetupStep& refused, std::uint32_t code);
+  void check_maps();
+  void note(const SetupStep& step, std::uint32_t code, const std::string& consequence);
+  void take_in(const std::vector<Mapped>& map, const can::Frame& frame, Time now);
+  void fail(const std::string& why);
+  void next_step();
+  bool uploading() const;
+
+  std::string name_;
+  Axis axis_;
+  const std::vector<SetupStep> wanted_;
+  std::vector<SetupStep> steps_;  // the wanted ones, changed by what the drive refuses
+  std::size_t step_ = 0;
+  bool verifying_ = false;     // second half of write_checked
+  std::uint32_t refused_ = 0;  // abort code of a write whose object is now read
+  std::optional<Time> asked_;
+  int attempts_ = 0;
+  std::string failure_;
+  std::vector<std::string> notes_;
+  PdoMaps maps_;
+
+  JointReading reading_;
+  std::optional<double> demand_rad_;
+  bool demand_moves_ = false;
+  std::uint16_t statusword_ = 0;
+  std::uint16_t emergency_ = 0;
+  bool heard_ = false, rebooted_ = false;
+  bool position_known_ = false, shows_velocity_ = true;
+  Time feedback_seen_{}, heartbeat_seen_{}, state_since_{}, position_seen_{};
+};
+
+}  // namespace mimesis::hw::cia402

@@ -1,0 +1,122 @@
+// Any bytes as frames, to everything that reads frames: the bridge's side of a drive, an SDO
+// client, a simulated drive; and as registers of a hand. The first byte chooses. `codec_fuzz CORPUS
+// -max_total_time=600`.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+
+#include "hw/cia402/axis_master.h"
+#include "hw/cia402/sdo_transfer.h"
+#include "hw/modbus/registers.h"
+#include "hw/sim/cia402/drive.h"
+
+namespace mimesis::hw {
+namespace {
+
+using namespace std::chrono_literals;
+
+void demand(bool good) {
+  if (!good) std::abort();
+}
+
+/// Ten bytes a frame: two of the identifier, one of the length, up to eight of data, of which the
+/// last may be missing.
+class Frames {
+ public:
+  explicit Frames(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  bool next(can::Frame& frame) {
+    if (bytes_.size() < 4) return false;
+    frame = {};
+    frame.id = static_cast<std::uint32_t>(bytes_[0] | (bytes_[1] & 0x7) << 8);
+    if ((bytes_[1] & 0x80) != 0) frame.id |= can::kErrorFlag;
+    frame.length = bytes_[2] % 9;
+    bytes_ = bytes_.subspan(3);
+    const std::size_t count = std::min<std::size_t>(frame.length, bytes_.size());
+    std::copy_n(bytes_.begin(), count, frame.data.begin());
+    bytes_ = bytes_.subspan(count);
+    return true;
+  }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+};
+
+void master(Frames frames) {
+  const cia402::Axis axis{.node_id = 5};
+  cia402::AxisMaster master(
+      "A1", axis,
+      cia402::setup_steps(axis, {.q_min = -1, .q_max = 1, .v_max = 1, .a_max = 1}, {5, -3}));
+  Time now = 1s;
+  std::vector<can::Frame> out;
+  for (can::Frame frame; frames.next(frame); now += 5ms) {
+    const cia402::Identity id = cia402::identify(frame);
+    if (id.node == 5) master.handle(id, frame, now);
+    out.clear();
+    master.advance(now, out);
+    demand(out.size() <= 1);
+    demand(master.command().length <= 8);
+    demand(std::isfinite(master.reading().position_rad) &&
+           std::isfinite(master.reading().velocity_rad_s));
+    if (!master.failure().empty()) master.restart();
+  }
+  (void)master.complaint(DriveState::operation_enabled);
+}
+
+void client(Frames frames) {
+  auto transfer = cia402::SdoTransfer::upload(5, {0x1008, 0});
+  auto sends = cia402::SdoTransfer::download(5, {0x2000, 0}, std::vector<std::uint8_t>(20, 7));
+  for (can::Frame frame; frames.next(frame);) {
+    for (auto* t : {&transfer, &sends}) {
+      if (const auto next = t->handle(frame)) demand(next->length == 8 && next->id == 0x605);
+    }
+  }
+  demand(transfer.data().size() <= (1u << 16) + 7);
+}
+
+void drive(Frames frames) {
+  sim::Drive drive({.axis = {.node_id = 5}});
+  Time now = 1s;
+  std::vector<can::Frame> out;
+  for (can::Frame frame; frames.next(frame); now += 1ms) {
+    out.clear();
+    drive.advance(now, out);
+    drive.handle(frame, out);
+    for (const can::Frame& f : out) demand(f.length <= 8 && (f.id & ~0x7FFu) == 0);
+    demand(std::isfinite(drive.position_rad()) && std::isfinite(drive.velocity_rad_s()));
+  }
+}
+
+void hand(std::span<const std::uint8_t> bytes) {
+  modbus::Registers registers{};
+  for (std::size_t i = 0; i + 1 < bytes.size() && i / 2 < registers.size(); i += 2)
+    registers[i / 2] = static_cast<std::uint16_t>(bytes[i] << 8 | bytes[i + 1]);
+  const modbus::HandInput input = modbus::decode_input(registers);
+  (void)modbus::fault_text(input.fault);
+  const modbus::HandOutput output = modbus::decode_output(registers);
+  demand(modbus::decode_output(modbus::encode(output)) == output);
+}
+
+}  // namespace
+}  // namespace mimesis::hw
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace mimesis::hw;
+  if (size == 0) return 0;
+  const std::span bytes(data + 1, size - 1);
+  switch (data[0] % 4) {
+    case 0:
+      master(Frames(bytes));
+      break;
+    case 1:
+      client(Frames(bytes));
+      break;
+    case 2:
+      drive(Frames(bytes));
+      break;
+    default:
+      hand(bytes);
+  }
+  return 0;
+}

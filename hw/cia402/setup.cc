@@ -1,0 +1,126 @@
+#include "hw/cia402/setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "common/error.h"
+
+namespace mimesis::hw::cia402 {
+namespace {
+
+using Kind = SetupStep::Kind;
+constexpr std::uint32_t kPdoInvalid = 0x80000000;
+constexpr std::uint32_t kPdoBits = 0xBFFFFFFF;  // without that for remote requests
+constexpr std::uint32_t kSynchronous = 1;       // transmission type: with every SYNC
+constexpr const char* kUnimportant = "";
+
+std::uint32_t bits(std::int32_t value) { return static_cast<std::uint32_t>(value); }
+
+/// Remaps a PDO: invalidate, clear, map, count, validate [CiA 301, 7.5.2.36].
+void remap(std::vector<SetupStep>& steps, int pdo, std::uint32_t cob,
+           const std::vector<Mapped>& objects) {
+  const std::uint16_t communication = kPdoObjects.at(static_cast<std::size_t>(pdo));
+  const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
+  const auto map = [&](Kind kind, std::uint8_t sub, std::uint32_t value, int bytes) {
+    steps.push_back({.kind = kind,
+                     .object = {mapping, sub},
+                     .value = value,
+                     .bytes = bytes,
+                     .meaning = "PDO mapping",
+                     .pdo = pdo});
+  };
+  // A drive that does not let it be switched off says with the mapping what follows.
+  steps.push_back(
+      {Kind::write, {communication, 1}, cob | kPdoInvalid, 4, "PDO off", kPdoBits, kUnimportant});
+  map(Kind::write, 0, 0, 1);
+  std::uint8_t i = 0;
+  for (const Mapped& m : objects) map(Kind::write, ++i, mapping_entry(m), 4);
+  map(Kind::write_checked, 0, i, 1);
+  steps.push_back({Kind::write, {communication, 2}, kSynchronous, 1, "PDO on SYNC"});
+  steps.push_back({Kind::write, {communication, 1}, cob, 4, "PDO on", kPdoBits});
+}
+
+}  // namespace
+
+Mapped mapped(std::uint32_t entry) {
+  return {{static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)},
+          static_cast<int>(entry & 0xFF) / 8};
+}
+
+std::uint32_t mapping_entry(const Mapped& m) {
+  return std::uint32_t{m.object.index} << 16 | std::uint32_t{m.object.sub} << 8 |
+         static_cast<std::uint32_t>(8 * m.bytes);
+}
+
+Period period_of(double rate_hz) {
+  for (const int exponent : {-3, -4}) {
+    const double value = std::pow(10.0, -exponent) / rate_hz;
+    const double whole = std::round(value);
+    if (whole >= 1.0 && whole <= 255.0 && std::abs(value - whole) < 1e-6) {
+      return {static_cast<std::uint8_t>(whole), static_cast<std::int8_t>(exponent)};
+    }
+  }
+  throw ConfigError(
+      "rate_hz: " + std::to_string(rate_hz) +
+      " gives no interpolation period in whole 0.1 ms up to 25.5 ms or ms up to 255 ms");
+}
+
+std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Period period,
+                                   QuickStop quick_stop) {
+  const auto node = static_cast<std::uint32_t>(axis.node_id);
+  const auto [low, high] =
+      std::minmax({axis.to_increments(joint.q_min), axis.to_increments(joint.q_max)});
+  const auto magnitude = [&](double rad) { return bits(std::abs(axis.rate_to_increments(rad))); };
+  const std::uint32_t master = std::uint32_t{kMasterNode} << 16 | kMasterHeartbeatTimeoutMs;
+  constexpr const char* kOursAlone = "the bridge alone keeps the position limits";
+  constexpr std::uint32_t kAll = 0xFFFFFFFF;
+  std::vector<SetupStep> steps = {
+      {Kind::expect, object::kDeviceType, 402, 4, "a drive of profile 402", 0xFFFF},
+      {Kind::expect, object::kSupportedModes, 1u << (kCyclicSynchronousPosition - 1), 4,
+       "cyclic synchronous position", 1u << (kCyclicSynchronousPosition - 1), kUnimportant},
+      {Kind::expect_least, object::kMaxVelocity, magnitude(joint.v_max), 4,
+       "the robot's velocity limit", kAll, "how fast it can turn is not known"},
+      {Kind::write_checked, object::kPositionMin, bits(low), 4, "position limit", kAll, kOursAlone},
+      {Kind::write_checked, object::kPositionMax, bits(high), 4, "position limit", kAll,
+       kOursAlone},
+      {Kind::write_checked, object::kQuickStopDeceleration, magnitude(joint.a_max), 4,
+       "deceleration", kAll, "its quick stop has a deceleration of its own"},
+      {Kind::write_checked, object::kQuickStopOption, static_cast<std::uint32_t>(quick_stop), 2,
+       quick_stop == QuickStop::disables ? "quick stop by ramp, then disable"
+                                         : "quick stop by ramp, then stay powered"},
+      {Kind::write_checked, object::kAbortOption, 3, 2, "quick stop when the connection is lost"},
+      {Kind::write_checked, object::kMasterHeartbeat, master, 4, "watch over our heartbeat"},
+      {Kind::write_checked, object::kHeartbeatLost, 1, 1, "stays operational without our heartbeat",
+       kAll, kUnimportant},
+      {Kind::write_checked, object::kHeartbeatTime, kDriveHeartbeatMs, 2, "the drive's heartbeat"},
+      {Kind::write_checked, object::kPeriodValue, period.value, 1, "interpolation period"},
+      {Kind::write_checked, object::kPeriodExponent, static_cast<std::uint8_t>(period.exponent), 1,
+       "interpolation period"},
+      {Kind::write, object::kMode, kCyclicSynchronousPosition, 1, "cyclic synchronous position"},
+      {Kind::expect, object::kModeDisplay, kCyclicSynchronousPosition, 1,
+       "cyclic synchronous position", 0xFF},
+  };
+  if (joint.following_window_rad > 0.0) {
+    steps.push_back({Kind::write_checked, object::kFollowingWindow,
+                     magnitude(joint.following_window_rad), 4, "largest following error"});
+  }
+  if (joint.following_time_s > 0.0) {
+    steps.push_back({Kind::write_checked, object::kFollowingTime,
+                     static_cast<std::uint32_t>(std::lround(1e3 * joint.following_time_s)), 2,
+                     "time of a following error"});
+  }
+  remap(steps, 0, 0x200 + node, {{object::kControlword, 2}, {object::kTarget, 4}});
+  steps.push_back(
+      {Kind::write_checked, object::kRpdo1Deadline, kRpdoDeadlineMs, 2, "watch over our set-points",
+       kAll, "it stops 250 ms after our last heartbeat, not 100 ms after the last set-point"});
+  remap(steps, 1, 0x180 + node,
+        {{object::kStatusword, 2}, {object::kPosition, 4}, {object::kTorque, 2}});
+  std::vector<Mapped> slower = {{object::kVelocity, 4}};
+  if (quick_stop == QuickStop::stays_powered) slower.push_back({object::kDemand, 4});
+  remap(steps, 2, 0x280 + node, slower);
+  return steps;
+}
+
+}  // namespace mimesis::hw::cia402

@@ -1,0 +1,44 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "hw/joints/joints.h"
+
+namespace mimesis::hw {
+
+/// Where the drives of a robot are: what bridge, simulated drives and `mimesis hw` read from one
+/// file.
+///   robot: lwr4.yaml
+///   buses: [{can: "socketcan:can0"}, {can: "socketcan:can1"}]
+///   joints:
+///     - {name: A1, bus: 0, node_id: 1, increments_per_turn: 4096, gear_ratio: 160, sign: -1}
+struct Machine {
+  std::string robot;                 ///< model file
+  Joints joints;                     ///< of the model, with the limits of both files
+  std::vector<BusShare> buses{};     ///< in the order of their joints
+  std::vector<int> bitrates{};       ///< of each bus [bit/s]
+  std::vector<cia402::Axis> axes{};  ///< one per joint
+};
+
+/// @throws ConfigError "FILE: joints[3].bus: ..." for what is wrong: joints in another order than
+/// the robot's, buses that do not exist or have no joint, node ids used twice, limits that leave no
+/// room or do not fit into 32 bits of increments, a rate that the drives cannot have
+Machine load_machine(const std::string& file);
+
+/// Load of one bus, as a share of its bit rate.
+struct BusLoad {
+  double least = 0.0;  ///< without stuff bits
+  double worst = 0.0;  ///< with as many as there can be
+};
+/// Largest share that may be in use; the rest is for configuration, emergencies and repetitions.
+inline constexpr double kLargestLoad = 0.75;
+
+/// Cyclic traffic of `axes` drives at `rate_hz` as the bridge sets them up, SYNC and heartbeats.
+/// @param stays_powered the drives also report their demand
+BusLoad bus_load(int axes, double rate_hz, int bitrate, bool stays_powered);
+/// Largest rate of whole 0.1 ms up to 1 kHz that fits; 0: none.
+double largest_rate(int axes, int bitrate, bool stays_powered);
+/// Most axes on one bus at `rate_hz`.
+int most_axes(double rate_hz, int bitrate, bool stays_powered);
+
+}  // namespace mimesis::hw

@@ -1,0 +1,168 @@
+#!/usr/bin/python3
+"""Our simulated drives and `mimesis hw` against can-utils, python-can and the kernel's own CAN driver, in tests/guest/run.
+
+    tests/guest/can_peers.py BIN_DIR
+"""
+import fcntl
+import os
+import pathlib
+import pty
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import termios
+import threading
+import time
+
+try:
+    import can
+except ImportError:
+    can = None
+
+BIN = pathlib.Path(sys.argv[1])
+PATIENCE_S = 60.0  # system calls of the guest are slow
+
+
+def expect(what, found, wanted):
+    good = wanted(found) if callable(wanted) else found == wanted
+    print(f"{'ok  ' if good else 'BAD '} {what}: {found}", flush=True)
+    if not good:
+        sys.exit(1)
+
+
+def mimesis(*words, **more):
+    return subprocess.Popen([str(BIN / "mimesis"), *words], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **more)
+
+
+def until(done, step=lambda: None):
+    end = time.monotonic() + PATIENCE_S
+    while not (result := done()) and time.monotonic() < end:
+        step()
+        time.sleep(0.02)
+    return result
+
+
+def drives(folder):
+    """Seven simulated drives on vcan0; returns once they have booted."""
+    heard = subprocess.Popen(["candump", "-L", "-n", "7", "vcan0,700:780"], text=True, stdout=subprocess.PIPE)
+    time.sleep(0.5)
+    process = subprocess.Popen([str(BIN / "mimesis_sim_drives"), "--set", "bus=socketcan:vcan0"], stderr=subprocess.PIPE)
+    lines = heard.communicate(timeout=PATIENCE_S)[0].splitlines()
+    expect("boot-up messages in candump", sorted(line.split()[2] for line in lines), [f"70{n}#00" for n in range(1, 8)])
+    return process
+
+
+def can_utils():
+    answer = subprocess.Popen(["candump", "-L", "-n", "1", "vcan0,583:7FF"], text=True, stdout=subprocess.PIPE)
+    until(lambda: answer.poll() is not None, lambda: subprocess.run(["cansend", "vcan0", "603#4000100000000000"], check=True))
+    expect("device type, asked by cansend", answer.communicate()[0].split()[2], "583#4300100092010200")
+
+
+def python_can():
+    if can is None:
+        print("skip python3-can is not installed")
+        return
+    bus = can.Bus(interface="socketcan", channel="vcan0", can_filters=[{"can_id": 0x583, "can_mask": 0x7FF}])
+    send = lambda identifier, *data: bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def ask(*data):
+        send(0x603, *data)
+        return bytes(bus.recv(PATIENCE_S).data)
+
+    first = ask(0x40, 0x08, 0x10, 0, 0, 0, 0, 0)
+    size, text, toggle = struct.unpack("<I", first[4:])[0], b"", 0
+    while len(text) < size:
+        segment = ask(0x60 | toggle, 0, 0, 0, 0, 0, 0, 0)
+        text += segment[1:8 - (segment[0] >> 1 & 7)]
+        toggle ^= 0x10
+    expect("name in segments, by python-can", text.decode(), "mimesis simulated drive")
+    bus.set_filters([{"can_id": 0x183, "can_mask": 0x7FF}])
+    send(0x000, 1, 3)
+    for word, wanted in ((0x06, 0x231), (0x07, 0x233), (0x0F, 0x1237), (0x02, 0x217), (0x00, 0x250)):
+        send(0x203, word, 0)
+        send(0x080)
+        status = lambda: struct.unpack("<H", bytes(bus.recv(PATIENCE_S).data)[:2])[0]
+        expect(f"statusword after controlword {word:#04x}", hex(status()), hex(wanted))
+    send(0x000, 0x80, 3)
+    bus.shutdown()
+
+
+def frames_as_candump(folder):
+    """What `mimesis hw monitor --frames` prints is what candump -L prints, for each kind of frame."""
+    kinds = ["123#", "123#DEADBEEF", "123#R", "00012345#0102030405060708", "124##1AABB", "124##0" + "55" * 64]
+    log = folder / "candump"
+    with log.open("w") as out:
+        dump = subprocess.Popen(["candump", "-L", "vcan1"], stdout=out)
+        monitor = mimesis("hw", "monitor", "socketcan:vcan1", "--frames", "--count", "24")
+        until(lambda: monitor.poll() is not None, lambda: [subprocess.run(["cansend", "vcan1", k], check=True) for k in kinds])
+        time.sleep(0.2)
+        dump.terminate()
+        dump.wait()
+    ours = [line.split(" ", 1)[1] for line in monitor.communicate()[0].splitlines()]
+    theirs = {line.split(" ", 1)[1] for line in log.read_text().splitlines()}
+    expect("frames monitored", len(ours), 24)
+    expect("kinds that candump knows", sorted(set(ours) - theirs), [])
+    expect("kinds seen", len(set(ours)), len(kinds))
+
+
+def controller_errors():
+    """The kernel's driver for serial adapters, on a pseudo terminal: its error frames reach us."""
+    master, slave = pty.openpty()
+    asked = bytearray()
+
+    def adapter():  # the driver waits until its commands are taken
+        while True:
+            asked.extend(os.read(master, 100))
+
+    threading.Thread(target=adapter, daemon=True).start()
+    fcntl.ioctl(slave, termios.TIOCSETD, struct.pack("i", 17))  # N_SLCAN
+    name = fcntl.ioctl(slave, 0x8910, bytes(40)).split(b"\0")[0].decode()  # SIOCGIFNAME
+    subprocess.run(["ip", "link", "set", name, "type", "can", "bitrate", "1000000"], check=True)
+    subprocess.run(["ip", "link", "set", name, "up"], check=True)
+    until(lambda: b"O\r" in asked)
+    expect("the driver sets its adapter up", bytes(asked), b"C\rS8\rO\r")
+    monitor = mimesis("hw", "monitor", f"socketcan:{name}", "--frames", "--count", "3")
+
+    def tell():
+        os.write(master, b"t1232DEAD\rsw096096\rsb256256\r")
+
+    os.set_blocking(monitor.stdout.fileno(), False)
+    until(lambda: monitor.poll() is not None, tell)
+    lines = [line.split(" ")[2] for line in monitor.communicate()[0].splitlines()]
+    expect("frame, error warning, bus-off", lines,
+           lambda l: len(l) == 3 and any(re.fullmatch(r"123#DEAD|200000[0-9A-F]{2}#.*|2000[0-9A-F]{4}#.*", x) for x in l))
+    expect("a report of bus-off", lines, lambda l: any(int(x.split("#")[0], 16) & 0x20000040 == 0x20000040 for x in l))
+    watch = mimesis("hw", "monitor", f"socketcan:{name}", "--json", "--count", "20")
+    seen = []
+
+    def look():
+        tell()
+        if line := watch.stdout.readline():
+            seen.append(line)
+
+    until(lambda: watch.poll() is not None or any('"bus_off":true' in line for line in seen), look)
+    expect("`monitor` says bus-off", any('"bus_off":true' in line for line in seen), True)
+    watch.kill()
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        os.environ.update(XDG_RUNTIME_DIR=name, XDG_STATE_HOME=name, MIMESIS_GRAPH="peers")
+        running = drives(folder)
+        try:
+            can_utils()
+            python_can()
+            scan = mimesis("hw", "scan", "socketcan:vcan0", "--json", "--timeout", "2")
+            found = scan.communicate()[0]
+            expect("`hw scan` on the kernel's CAN", found.count('"mimesis simulated drive"'), 7)
+        finally:
+            running.terminate()
+            running.wait()
+        frames_as_candump(folder)
+        controller_errors()
+
+
+main()

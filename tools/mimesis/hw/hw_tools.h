@@ -1,0 +1,46 @@
+#pragma once
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "hw/can/bus.h"
+#include "hw/cia402/sdo_transfer.h"
+#include "hw/joints/machine.h"
+#include "tools/mimesis/graph_tools.h"
+
+// What the parts of `mimesis hw` share.
+namespace mimesis::tool {
+
+struct HwOptions : GraphOptions {
+  std::string bus;                  ///< embedded:NAME or socketcan:INTERFACE
+  std::string file;                 ///< machine file
+  int node = 0;                     ///< CANopen node
+  std::string object, value, type;  ///< hw sdo
+  bool frames = false;              ///< hw monitor: frames, not a table
+  int count = 0;                    ///< hw monitor: tables or frames; 0: no end
+  int bitrate = 1'000'000;          ///< hw monitor [bit/s]
+  std::string joint;                ///< hw jog
+  double by_rad = 0.0, speed_rad_s = 0.0;
+  std::string kind;         ///< hw fault
+  double duration_s = 0.0;  ///< hw fault; 0: for ever
+  std::string other_bus;    ///< hw fault wire
+  double lose = 0.0, duplicate = 0.0, corrupt = 0.0, delay = 0.0, delay_s = 0.01;
+  int seed = 1;
+};
+
+int hw_check(const HwOptions& options);
+int hw_scan(const HwOptions& options);
+int hw_monitor(const HwOptions& options);
+int hw_sdo(const HwOptions& options);
+int hw_jog(const HwOptions& options);
+int hw_fault_drive(const HwOptions& options);
+int hw_fault_bus_off(const HwOptions& options);
+int hw_fault_wire(const HwOptions& options);
+
+/// Opens a bus; an embedded one is the graph's.
+std::unique_ptr<hw::can::Bus> open_bus(const std::string& address, const GraphOptions& options);
+/// Runs a transfer to its end and returns it. @throws VerbFailure without an answer in time
+hw::cia402::SdoTransfer transfer(hw::can::Bus& bus, hw::cia402::SdoTransfer transfer,
+                                 std::chrono::milliseconds timeout);
+
+}  // namespace mimesis::tool

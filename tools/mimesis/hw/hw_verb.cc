@@ -1,0 +1,170 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "hw/sim/cia402/drive.h"
+#include "tools/mimesis/hw/hw_tools.h"
+#include "tools/mimesis/number_check.h"
+#include "tools/mimesis/verb.h"
+
+namespace mimesis::tool {
+namespace {
+
+using Options = std::shared_ptr<HwOptions>;
+
+CLI::App* add(CLI::App& verb, const std::string& name, const std::string& about,
+              const Options& options, int& exit_code, int (*run)(const HwOptions&),
+              const std::string& wait = {}) {
+  CLI::App* sub = verb.add_subcommand(name, about);
+  add_graph_options(*sub, *options, wait);
+  sub->callback([options, &exit_code, run] {
+    try {
+      exit_code = run(*options);
+    } catch (const VerbFailure& failure) {
+      std::cerr << failure.line << '\n';
+      exit_code = failure.exit_code;
+    }
+  });
+  return sub;
+}
+
+void add_bus(CLI::App* sub, const Options& options) {
+  sub->add_option("BUS", options->bus, "embedded:NAME of the graph, or socketcan:INTERFACE")
+      ->required();
+}
+void add_node(CLI::App* sub, const Options& options) {
+  sub->add_option("NODE", options->node, "CANopen node")->required()->check(CLI::Range(1, 127));
+}
+
+std::string share(const std::string& text) {
+  const std::string above = number_not_below_zero(text);
+  if (!above.empty()) return above;
+  return std::stod(text) <= 1.0 ? "" : "expected a share of 0 to 1, found '" + text + "'";
+}
+
+void add_fault(CLI::App& verb, int& exit_code) {
+  CLI::App* fault = verb.add_subcommand(
+      "fault", "Makes trouble: in a simulated drive, on a wire, at a controller");
+  fault->require_subcommand(1);
+  auto options = std::make_shared<HwOptions>();
+  CLI::App* drive = add(*fault, "drive", "A simulated drive fails; a real one is left alone",
+                        options, exit_code, hw_fault_drive, "an answer");
+  add_bus(drive, options);
+  add_node(drive, options);
+  drive
+      ->add_option(
+          "KIND", options->kind,
+          "overcurrent, over_temperature: fault. mute: its cable is cut. jam: its joint is held "
+          "(following error). "
+          "power: no supply. stall: its program hangs. bus_off: its controller leaves the bus")
+      ->required()
+      ->check(CLI::IsMember(
+          std::vector<std::string>(hw::sim::kTroubleNames.begin(), hw::sim::kTroubleNames.end())));
+  drive->add_option("--for", options->duration_s, "How long, up to 65 s; else for ever [s]")
+      ->check(CLI::Range(0.001, 65.0));
+  options = std::make_shared<HwOptions>();
+  CLI::App* off =
+      add(*fault, "bus-off", "Tells all on an embedded bus that their controller is bus-off",
+          options, exit_code, hw_fault_bus_off);
+  add_bus(off, options);
+  options = std::make_shared<HwOptions>();
+  CLI::App* wire =
+      add(*fault, "wire",
+          "Joins two buses by a wire that loses, delays, corrupts and duplicates frames", options,
+          exit_code, hw_fault_wire);
+  wire->add_option("A", options->bus, "Bus of the bridge")->required();
+  wire->add_option("B", options->other_bus, "Bus of the drives")->required();
+  wire->add_option("--lose", options->lose, "Share of lost frames [1]")->check(share);
+  wire->add_option("--duplicate", options->duplicate, "Share of frames that come twice [1]")
+      ->check(share);
+  wire->add_option("--corrupt", options->corrupt, "Share of frames with a wrong bit [1]")
+      ->check(share);
+  wire->add_option("--delay", options->delay, "Share of late frames [1]")->check(share);
+  wire->add_option("--delay-by", options->delay_s, "How late [s]")
+      ->check(number_not_below_zero)
+      ->capture_default_str();
+  wire->add_option("--seed", options->seed, "Same seed, same damage")->capture_default_str();
+  wire->add_option("--for", options->duration_s, "How long; else until a signal [s]")
+      ->check(number_above_zero);
+  fault->footer(
+      "Examples:\n  mimesis hw fault drive embedded:arm 3 over_temperature\n"
+      "  mimesis hw fault wire embedded:arm embedded:drives --lose 0.01 --delay 0.05");
+}
+
+}  // namespace
+
+void add_hw(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand(
+      "hw", "Drives on their buses: finds, watches, checks, moves, asks, breaks");
+  verb->require_subcommand(1);
+
+  auto options = std::make_shared<HwOptions>();
+  CLI::App* check =
+      add(*verb, "check",
+          "Checks a machine file: mistakes, load of each bus, what rate and how many buses fit",
+          options, exit_code, hw_check);
+  check->add_option("FILE", options->file, "Machine file: robot, buses, joints (docs/hardware)")
+      ->required();
+  check->footer(
+      "Exit codes: 0 fits, 1 a bus is overloaded, 2 the file is wrong.\nExample:\n  mimesis hw "
+      "check machine.yaml");
+
+  options = std::make_shared<HwOptions>();
+  options->timeout_s = 0.5;
+  CLI::App* scan = add(*verb, "scan", "Finds the CANopen nodes of a bus; reads only", options,
+                       exit_code, hw_scan, "answers");
+  add_bus(scan, options);
+  scan->footer("Example:\n  mimesis hw scan socketcan:can0");
+
+  options = std::make_shared<HwOptions>();
+  CLI::App* monitor =
+      add(*verb, "monitor", "Shows the axes of a bus twice a second, or its frames; listens only",
+          options, exit_code, hw_monitor);
+  add_bus(monitor, options);
+  monitor->add_option("--machine", options->file,
+                      "Machine file: names, and radians instead of increments");
+  monitor->add_flag("--frames", options->frames,
+                    "Frames as `candump -L` writes them, for canplayer");
+  monitor->add_option("--count", options->count, "Ends after so many tables or frames")
+      ->check(CLI::PositiveNumber);
+  monitor->add_option("--bitrate", options->bitrate, "Bit rate that the load is a share of [bit/s]")
+      ->check(CLI::Range(10000, 1000000))
+      ->capture_default_str();
+  monitor->footer(
+      "Examples:\n  mimesis hw monitor embedded:arm\n  mimesis hw monitor socketcan:can0 --frames "
+      "> bus.log");
+
+  options = std::make_shared<HwOptions>();
+  CLI::App* sdo = add(*verb, "sdo", "Reads or writes an object of a node", options, exit_code,
+                      hw_sdo, "an answer");
+  add_bus(sdo, options);
+  add_node(sdo, options);
+  sdo->add_option("OBJECT", options->object, "Index and sub-index, hexadecimal: 6041 or 607D:02")
+      ->required();
+  sdo->add_option("VALUE", options->value, "Value to write; without it the object is read");
+  sdo->add_option("--type", options->type,
+                  "Type of the object; read without it: unsigned or text, by its length")
+      ->check(CLI::IsMember({"u8", "u16", "u32", "i8", "i16", "i32", "text"}));
+  sdo->footer(
+      "Exit codes: 0 done, 1 refused by the node, 2 usage, 3 no answer.\nExamples:\n  mimesis hw "
+      "sdo socketcan:can0 3 6041\n"
+      "  mimesis hw sdo socketcan:can0 3 6065 2000 --type u32");
+
+  options = std::make_shared<HwOptions>();
+  CLI::App* jog =
+      add(*verb, "jog", "Moves one joint by an angle, without a bridge, then switches it off",
+          options, exit_code, hw_jog, "the drive");
+  jog->add_option("FILE", options->file, "Machine file")->required();
+  jog->add_option("JOINT", options->joint, "Name of the joint")->required();
+  jog->add_option("--by", options->by_rad, "Angle, in the model's direction [rad]")->required();
+  jog->add_option("--speed", options->speed_rad_s, "Largest speed on the way [rad/s]")
+      ->required()
+      ->check(number_above_zero);
+  jog->footer(
+      "Start with the axis unloaded and an emergency stop at hand.\nExample:\n  mimesis hw jog "
+      "machine.yaml A1 --by 0.02 --speed 0.02");
+
+  add_fault(*verb, exit_code);
+}
+
+}  // namespace mimesis::tool

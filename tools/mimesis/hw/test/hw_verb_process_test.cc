@@ -1,0 +1,216 @@
+// `mimesis hw` against the simulated drives as a process, on the embedded bus.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "common/testing/process.h"
+#include "hw/cia402/cia402.h"
+#include "tools/mimesis/hw/bus_watch.h"
+
+namespace mimesis::tool {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::json;
+
+class Hw : public ::testing::Test {
+ protected:
+  Hw() {
+    std::string text = "robot: lwr4.yaml\nbuses: [{can: \"embedded:arm\"}]\njoints:\n";
+    // The drives' own default: 160 000 increments a radian.
+    for (int i = 1; i <= 7; ++i) {
+      text += "  - {name: A" + std::to_string(i) + ", node_id: " + std::to_string(i) +
+              ", increments_per_turn: " + std::to_string(2.0 * M_PI * 160'000.0) + "}\n";
+    }
+    file_ = graph_.directory() + "-machine.yaml";
+    std::ofstream(file_) << text;
+    drives_.emplace(graph_, "mimesis_sim_drives", std::vector<std::string>{});
+    EXPECT_TRUE(drives_->wait_ready(graph_, "sim_drives", 60s)) << drives_->errors();
+  }
+  ~Hw() override { std::filesystem::remove(file_); }
+
+  int run(std::vector<std::string> words, bool json = false) {
+    words.insert(words.begin(), "hw");
+    if (words[1] != "check") words.insert(words.end(), {"--graph", graph_.name()});
+    if (json) words.emplace_back("--json");
+    testing::Process process("mimesis", words);
+    const int code = process.wait(60s).value_or(-1);
+    out_ = process.output();
+    err_ = process.errors();
+    return code;
+  }
+  Json json() { return Json::parse(out_, nullptr, false); }
+
+  testing::TestGraph graph_;
+  std::optional<testing::Process> drives_;
+  std::string file_, out_, err_;
+};
+
+TEST_F(Hw, ScanFindsTheDrives) {
+  ASSERT_EQ(run({"scan", "embedded:arm"}, true), 0) << err_;
+  const Json found = json();
+  ASSERT_EQ(found.size(), 7u) << out_;
+  EXPECT_EQ(found[6]["node"], 7);
+  EXPECT_EQ(found[6]["device_type"], 0x00020192);
+  EXPECT_EQ(found[6]["name"], "mimesis simulated drive");
+  EXPECT_EQ(found[6]["state"], "switch on disabled");
+  EXPECT_EQ(run({"scan", "embedded:nobody", "--timeout", "0.1"}), 3);
+  EXPECT_EQ(err_, "nobody answers on embedded:nobody within 0.1 s\n");
+  EXPECT_EQ(run({"scan", "can0"}), 2);
+}
+
+TEST_F(Hw, SdoReadsWritesAndSaysWhyNot) {
+  ASSERT_EQ(run({"sdo", "embedded:arm", "3", "6065"}), 0) << err_;
+  EXPECT_EQ(out_, "8000 (0x00001F40)\n");
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6065", "1234", "--type", "u32"}), 0) << err_;
+  ASSERT_EQ(run({"sdo", "embedded:arm", "3", "6065:00"}, true), 0) << err_;
+  EXPECT_EQ(json()["value"], 1234);
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "2000", "an axis with a name", "--type", "text"}), 0)
+      << err_;
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "2000"}), 0);
+  EXPECT_EQ(out_, "an axis with a name\n");
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6041", "1", "--type", "u16"}), 1);
+  EXPECT_EQ(err_, "node 3: 6041:00: object is read-only (0x06010002)\n");
+  EXPECT_EQ(run({"sdo", "embedded:arm", "99", "1000", "--timeout", "0.1"}), 3);
+  EXPECT_EQ(err_, "node 99 did not answer within 0.1 s\n");
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6065", "-1", "--type", "u32"}), 2);
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "xyz"}), 2);
+  EXPECT_NE(err_.find("expected hexadecimal 6041 or 607D:02"), std::string::npos) << err_;
+}
+
+TEST_F(Hw, JogMovesOneJointAndSwitchesItOff) {
+  ASSERT_EQ(run({"jog", file_, "A2", "--by", "0.05", "--speed", "0.2"}, true), 0) << err_;
+  EXPECT_NEAR(json()["to_rad"].get<double>() - json()["from_rad"].get<double>(), 0.05, 1e-3);
+  ASSERT_EQ(run({"scan", "embedded:arm"}, true), 0);
+  EXPECT_EQ(json()[1]["state"], "switch on disabled");
+  EXPECT_EQ(run({"jog", file_, "A2", "--by", "9", "--speed", "0.2"}), 2);
+  EXPECT_NE(err_.find("its limits are -2.0944 and 2.0944"), std::string::npos) << err_;
+  EXPECT_EQ(run({"jog", file_, "A9", "--by", "0.1", "--speed", "0.2"}), 2);
+  EXPECT_NE(err_.find("JOINT 'A9': lwr4.yaml has A1, A2,"), std::string::npos) << err_;
+}
+
+TEST_F(Hw, FaultsAreMadeAndMonitored) {
+  // A monitor that listens while a drive fails.
+  testing::Process monitor("mimesis", {"hw", "monitor", "embedded:arm", "--machine", file_,
+                                       "--json", "--graph", graph_.name()});
+  const auto axis = [&](int node) -> Json {
+    std::string line, last;
+    for (std::istringstream lines(monitor.output()); std::getline(lines, line);) last = line;
+    const Json shown = Json::parse(last, nullptr, false);
+    if (!shown.contains("axes")) return {};
+    for (const Json& a : shown["axes"])
+      if (a["node"] == node) return a;
+    return {};
+  };
+  const auto until = [&](const auto& done) {
+    for (const auto end = std::chrono::steady_clock::now() + 60s;
+         std::chrono::steady_clock::now() < end;) {
+      if (done()) return true;
+      run({"sdo", "embedded:arm", "4", "1001"});  // something to see
+    }
+    return false;
+  };
+  ASSERT_TRUE(until([&] { return !axis(4).is_null(); })) << monitor.errors();
+  EXPECT_EQ(axis(4)["name"], "A4");
+  ASSERT_EQ(run({"fault", "drive", "embedded:arm", "4", "over_temperature"}), 0) << err_;
+  ASSERT_TRUE(until([&] { return axis(4)["emergency"] == "drive too hot (0x4310)"; }))
+      << monitor.output();
+  EXPECT_EQ(run({"sdo", "embedded:arm", "4", "6041"}), 0);
+  EXPECT_EQ(out_.substr(0, 4), "536 ") << "0x0218: fault";
+  ASSERT_EQ(run({"fault", "drive", "embedded:arm", "4", "power", "--for", "65"}), 0) << err_;
+  EXPECT_EQ(run({"sdo", "embedded:arm", "4", "1000", "--timeout", "0.2"}), 3);
+  EXPECT_EQ(run({"fault", "drive", "embedded:arm", "4", "flood"}), 2);
+  monitor.signal(SIGINT);
+  EXPECT_EQ(monitor.wait(60s), 0);
+}
+
+/// Frames as candump writes them, through a wire that loses some.
+TEST_F(Hw, AWireBetweenTwoBusesLosesFrames) {
+  testing::Process wire("mimesis", {"hw", "fault", "wire", "embedded:far", "embedded:arm", "--lose",
+                                    "0.5", "--json", "--graph", graph_.name()});
+  testing::Process monitor("mimesis", {"hw", "monitor", "embedded:far", "--frames", "--count", "20",
+                                       "--graph", graph_.name()});
+  int answered = 0, asked = 0;
+  for (; asked < 200 && !monitor.wait(1ms); ++asked)
+    answered += run({"sdo", "embedded:far", "2", "1000", "--timeout", "0.3"}) == 0 ? 1 : 0;
+  wire.signal(SIGINT);
+  EXPECT_EQ(wire.wait(60s), 0);
+  const Json sum = Json::parse(wire.output(), nullptr, false);
+  EXPECT_GT(sum["damaged"].get<int>(), 0);
+  EXPECT_LT(answered, asked);
+  const std::regex line(R"(\(\d+\.\d{6}\) far [0-9A-F]{3}#[0-9A-F]*)");
+  std::istringstream lines(monitor.output());
+  int count = 0;
+  for (std::string text; std::getline(lines, text); ++count)
+    EXPECT_TRUE(std::regex_match(text, line)) << text;
+  EXPECT_EQ(count, 20);
+}
+
+TEST_F(Hw, CheckSaysWhatFits) {
+  ASSERT_EQ(run({"check", file_}, true), 0) << err_;
+  const Json checked = json();
+  EXPECT_TRUE(checked["fits"].get<bool>());
+  EXPECT_EQ(checked["fewest_buses"], 1);
+  EXPECT_NEAR(checked["buses"][0]["load_worst"].get<double>(), 0.4992, 1e-4);
+  EXPECT_EQ(run({"check", file_}), 0);
+  EXPECT_NE(out_.find("7 axes at 200 Hz: fits"), std::string::npos) << out_;
+  std::ofstream(file_, std::ios::app) << "more: 1\n";
+  EXPECT_EQ(run({"check", file_}), 2);
+  EXPECT_NE(err_.find("more"), std::string::npos) << err_;
+}
+
+TEST(Candump, LinesOfEachKindOfFrame) {
+  namespace can = hw::can;
+  constexpr hw::Time kStamp = 1436509052s + 249713us;
+  const auto line = [](const can::Frame& f) { return candump_line(f, kStamp, "can0"); };
+  can::Frame f{.id = 0x44, .length = 3, .data = {0x2A, 0x36, 0x6C}};
+  EXPECT_EQ(line(f), "(1436509052.249713) can0 044#2A366C");
+  f.id = 0x12345 | can::kExtendedFlag;
+  EXPECT_EQ(line(f), "(1436509052.249713) can0 00012345#2A366C");
+  f.id = 0x44 | can::kRemoteFlag;
+  EXPECT_EQ(line(f), "(1436509052.249713) can0 044#R");
+  f = {.id = can::kErrorFlag | can::kBusOff, .length = 8};
+  EXPECT_EQ(line(f), "(1436509052.249713) can0 20000040#0000000000000000");
+  f = {.id = 0x1, .length = 12, .flags = 1};
+  EXPECT_EQ(line(f), "(1436509052.249713) can0 001##1000000000000000000000000");
+  f = {.id = 0x1, .length = 2, .flags = can::kFd, .data = {0xAA, 0xBB}};
+  EXPECT_EQ(line(f), "(1436509052.249713) can0 001##4AABB") << "a short one";
+}
+
+TEST(Watch, CountsRatesAndErrors) {
+  namespace cia402 = hw::cia402;
+  BusWatch watch;
+  watch.observe(cia402::heartbeat(5, cia402::NmtState::operational));
+  hw::can::Frame feedback = cia402::tpdo(1, 5), command = cia402::rpdo(1, 5);
+  cia402::append(feedback, 0x1237, 2);
+  cia402::append(feedback, 1000, 4);
+  cia402::append(feedback, static_cast<std::uint32_t>(-25), 2);
+  cia402::append(command, 0x0F, 2);
+  cia402::append(command, 1010, 4);
+  for (int k = 0; k < 100; ++k) {
+    watch.observe(cia402::sync());
+    watch.observe(command);
+    watch.observe(feedback);
+  }
+  watch.observe({.id = hw::can::kErrorFlag | hw::can::kBusOff, .length = 8});
+  watch.close_interval(0.5);
+  const auto nodes = watch.nodes();
+  ASSERT_EQ(nodes.size(), 1u);
+  EXPECT_EQ(nodes[0].state, hw::DriveState::operation_enabled);
+  EXPECT_EQ(nodes[0].nmt, 5);
+  EXPECT_EQ(nodes[0].position, 1000);
+  EXPECT_EQ(nodes[0].target, 1010);
+  EXPECT_EQ(nodes[0].torque, -25);
+  EXPECT_DOUBLE_EQ(nodes[0].frames_s, 202.0);
+  EXPECT_DOUBLE_EQ(watch.syncs_s(), 200.0);
+  EXPECT_DOUBLE_EQ(watch.bits_s(), 2.0 * (100 * (55 + 115 + 135) + 65));
+  EXPECT_TRUE(watch.bus_off());
+  EXPECT_EQ(watch.error_frames(), 1u);
+}
+
+}  // namespace
+}  // namespace mimesis::tool
