@@ -11,6 +11,7 @@ std::vector<reproduce::Figure> figures() {
   add_robustness_figures(all);
   add_prototype_figures(all);
   add_sequence_figures(all);
+  add_bundle_figures(all);
   return all;
 }
 

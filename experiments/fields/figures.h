@@ -16,6 +16,7 @@ void add_inference_figures(std::vector<reproduce::Figure>& to);   // 2.20, 2.21,
 void add_color_figures(std::vector<reproduce::Figure>& to);       // 2.23, 2.24
 void add_robustness_figures(std::vector<reproduce::Figure>& to);  // fields-jitter, -sensitivity
 void add_prototype_figures(std::vector<reproduce::Figure>& to);   // fields-prototype
+void add_bundle_figures(std::vector<reproduce::Figure>& to);      // fields-bundles
 void add_sequence_figures(
     std::vector<reproduce::Figure>& to);  // 2.25, 2.26, 2.27, sequence-intervals
 

@@ -238,11 +238,14 @@ void sliding_kernel(benchmark::State& state) {
 BENCHMARK(sliding_kernel<float>)->Name("peer/sliding_kernel/float")->Arg(101)->Arg(128)->Arg(512);
 BENCHMARK(sliding_kernel<double>)->Name("peer/sliding_kernel/double")->Arg(101)->Arg(128)->Arg(512);
 
-/// Seven fields, twelve links, four of them learning if `learn`; all layers active. Items:
+/// Seven fields, twelve links, which all learn if `learn`; all layers active. Items:
 /// ladder-steps/s.
 template <class Real, bool learn, bool low_rank = false>
 void ladder_step(benchmark::State& state) {
-  Architecture architecture = low_rank ? wired(load_architecture()) : load_architecture();
+  Architecture architecture = learn || low_rank ? wired(load_architecture()) : load_architecture();
+  for (LinkSpec& link : architecture.links) {
+    if (learn) link.form = "dense", link.learns = "success";
+  }
   for (FieldSpec& f : architecture.fields) f.params.neurons = static_cast<int>(state.range(0));
   Ladder<Real> ladder(architecture);
   const Demonstration shown = parse_sequence("precision,above,high,light");
