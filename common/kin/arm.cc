@@ -9,20 +9,20 @@ namespace {
 
 /// Rz(θ) Tz(d) Tx(a) Rx(α), or Rx(α) Tx(a) Rz(θ) Tz(d), multiplied out.
 Eigen::Isometry3d link_transform(const DhLink& link, double q) {
-  const double theta = q + link.offset;
+  const double theta = (link.slides ? 0.0 : q) + link.offset, d = link.d + (link.slides ? q : 0.0);
   const double ct = std::cos(theta), st = std::sin(theta);
   const double ca = std::cos(link.alpha), sa = std::sin(link.alpha);
   Eigen::Isometry3d T;
   if (link.modified) {
-    T.matrix() << ct, -st, 0.0, link.a,       //
-        st * ca, ct * ca, -sa, -sa * link.d,  //
-        st * sa, ct * sa, ca, ca * link.d,    //
+    T.matrix() << ct, -st, 0.0, link.a,  //
+        st * ca, ct * ca, -sa, -sa * d,  //
+        st * sa, ct * sa, ca, ca * d,    //
         0.0, 0.0, 0.0, 1.0;
     return T;
   }
   T.matrix() << ct, -st * ca, st * sa, link.a * ct,  //
       st, ct * ca, -ct * sa, link.a * st,            //
-      0.0, sa, ca, link.d,                           //
+      0.0, sa, ca, d,                                //
       0.0, 0.0, 0.0, 1.0;
   return T;
 }
@@ -39,11 +39,15 @@ Eigen::Isometry3d dh_part(const DhLink& link) {
 }  // namespace
 
 Eigen::Isometry3d DhLink::before_joint() const {
-  return modified ? dh_part(*this) : Eigen::Isometry3d::Identity();
+  if (!modified) return Eigen::Isometry3d::Identity();
+  return slides ? dh_part(*this) * Eigen::AngleAxisd(offset, Eigen::Vector3d::UnitZ())
+                : dh_part(*this);
 }
 
 Eigen::Isometry3d DhLink::after_joint() const {
-  return modified ? Eigen::Isometry3d::Identity() : dh_part(*this);
+  if (modified) return Eigen::Isometry3d::Identity();
+  return slides ? Eigen::AngleAxisd(offset, Eigen::Vector3d::UnitZ()) * dh_part(*this)
+                : dh_part(*this);
 }
 
 void forward(const ArmModel& arm, const Eigen::Ref<const Eigen::VectorXd>& q,
@@ -72,10 +76,14 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(const ArmModel& arm,
   const Eigen::Vector3d p_WE = X.back() * arm.X_LE.translation();
   Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, arm.dof());
   for (int i = 0; i < arm.dof(); ++i) {
-    // Joint i + 1 turns about the z axis before it: ṗ = z × (p_E − p_i), ω = z.
+    // Joint i + 1 turns about the z axis before it: ṗ = z × (p_E − p_i), ω = z; or slides: ṗ = z.
     const auto at = static_cast<std::size_t>(i);
     const Eigen::Isometry3d frame = X[at] * arm.links[at].before_joint();
     const Eigen::Vector3d z = frame.linear().col(2);
+    if (arm.links[at].slides) {
+      J.col(i) << z, Eigen::Vector3d::Zero();
+      continue;
+    }
     J.col(i).head<3>() = z.cross(p_WE - frame.translation());
     J.col(i).tail<3>() = z;
   }

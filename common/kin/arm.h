@@ -14,8 +14,9 @@ struct DhLink {
   double d = 0.0;       ///< [m]
   double offset = 0.0;  ///< [rad]
   bool modified = false;
+  bool slides = false;  ///< prismatic: T has Rz(offset) and Tz(d + q), q [m]
 
-  /// The parts of T before and after Rz(q + offset).
+  /// The parts of T before and after what q moves: Rz(q + offset), or Tz(q).
   Eigen::Isometry3d before_joint() const;
   Eigen::Isometry3d after_joint() const;
 };
@@ -28,7 +29,8 @@ struct SafetyBall {
   double radius = 0.0;     ///< [m]
 };
 
-/// Serial arm with n revolute joints. Read from models/*.yaml by common/model.
+/// Serial arm with n joints; of those that slide, m takes the place of rad. Read from models/*.yaml
+/// by common/model.
 struct ArmModel {
   std::string name;
   std::vector<DhLink> links;                               ///< n

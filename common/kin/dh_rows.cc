@@ -43,7 +43,8 @@ DhRows dh_rows(std::span<const JointAxis> axes) {
     rows.links.push_back({.a = (there - foot).dot(normal),
                           .alpha = angle_about(normal, z, next.direction),
                           .d = (foot - origin).dot(z),
-                          .offset = angle_about(z, x, normal)});
+                          .offset = angle_about(z, x, normal),
+                          .slides = axes[i].slides});
     origin = there;
     z = next.direction;
     x = normal;

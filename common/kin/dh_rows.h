@@ -6,12 +6,13 @@
 
 namespace mimesis::kin {
 
-/// Axis of a turning joint at q = 0: a point on it and its direction, a unit vector.
+/// Axis of a joint at q = 0: a point on it and its direction, a unit vector.
 struct JointAxis {
   Eigen::Vector3d point, direction;
+  bool slides = false;  ///< along it, instead of turning about it
 };
 
-/// Any chain of turning joints in standard Denavit-Hartenberg form: frame i lies on axis i + 1, its
+/// Any chain of joints in standard Denavit-Hartenberg form: frame i lies on axis i + 1, its
 /// x axis along the common normal of axes i and i + 1.
 struct DhRows {
   std::vector<DhLink> links;

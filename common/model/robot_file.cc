@@ -23,22 +23,25 @@ constexpr double kLeastRate_hz = 10.0, kMostRate_hz = 1000.0;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 struct JointEntry {
+  std::string type = "turns";
   double a_m = 0.0, alpha_rad = 0.0, d_m = 0.0, offset_rad = 0.0;
-  // Out of their ranges: a file that leaves one out is refused by its name.
-  double q_min_rad = kMissing, q_max_rad = kMissing, v_max_rad_s = kMissing,
-         a_max_rad_s2 = kMissing;
-  double home_rad = 0.0;
+  // Out of their ranges: a file that leaves one out is refused by its name. [rad], or [m]
+  double q_min = kMissing, q_max = kMissing, v_max = kMissing, a_max = kMissing;
+  double home = 0.0;
 
+  bool slides() const { return type == "slides"; }
   void visit(ParamVisitor& v) {
+    v("type", type, {"turns", "slides"});
     v("a_m", a_m, -10.0, 10.0);
     v("alpha_rad", alpha_rad, -3.15, 3.15);
     v("d_m", d_m, -10.0, 10.0);
     v("offset_rad", offset_rad, -6.3, 6.3);
-    v("q_min_rad", q_min_rad, -6.3, 6.3);
-    v("q_max_rad", q_max_rad, -6.3, 6.3);
-    v("v_max_rad_s", v_max_rad_s, 1e-3, 100.0);
-    v("a_max_rad_s2", a_max_rad_s2, 1e-3, 1000.0);
-    v("home_rad", home_rad, -6.3, 6.3);
+    const double most = slides() ? 10.0 : 6.3;
+    v(slides() ? "q_min_m" : "q_min_rad", q_min, -most, most);
+    v(slides() ? "q_max_m" : "q_max_rad", q_max, -most, most);
+    v(slides() ? "v_max_m_s" : "v_max_rad_s", v_max, 1e-3, 100.0);
+    v(slides() ? "a_max_m_s2" : "a_max_rad_s2", a_max, 1e-3, 1000.0);
+    v(slides() ? "home_m" : "home_rad", home, -most, most);
   }
 };
 
@@ -178,20 +181,21 @@ class Builder {
     for (Eigen::Index i = 0; i < n; ++i) {
       const JointEntry& j = entry_.joints[static_cast<std::size_t>(i)];
       const std::string key = "joints[" + std::to_string(i) + "]";
-      if (j.q_min_rad >= j.q_max_rad) fail(key, "q_min_rad is not below q_max_rad");
-      if (j.home_rad < j.q_min_rad || j.home_rad > j.q_max_rad) {
-        fail(key, "home_rad is outside q_min_rad .. q_max_rad");
-      }
+      const std::string unit = j.slides() ? "_m" : "_rad";
+      if (j.q_min >= j.q_max) fail(key, "q_min" + unit + " is not below q_max" + unit);
+      if (j.home < j.q_min || j.home > j.q_max)
+        fail(key, "home" + unit + " is outside q_min" + unit + " .. q_max" + unit);
       arm.links.push_back({.a = j.a_m,
                            .alpha = j.alpha_rad,
                            .d = j.d_m,
                            .offset = j.offset_rad,
-                           .modified = entry_.convention == "modified"});
-      arm.q_min[i] = j.q_min_rad;
-      arm.q_max[i] = j.q_max_rad;
-      arm.v_max[i] = j.v_max_rad_s;
-      arm.a_max[i] = j.a_max_rad_s2;
-      arm.home[i] = j.home_rad;
+                           .modified = entry_.convention == "modified",
+                           .slides = j.slides()});
+      arm.q_min[i] = j.q_min;
+      arm.q_max[i] = j.q_max;
+      arm.v_max[i] = j.v_max;
+      arm.a_max[i] = j.a_max;
+      arm.home[i] = j.home;
     }
   }
 
@@ -212,15 +216,14 @@ class Builder {
     for (const int l : way) {
       const robot::Link& link = tree.link(l);
       X_BL = X_BL * link.X_PJ;
-      if (link.type == robot::JointType::prismatic)
-        fail("chain", "joint '" + link.joint + "' is prismatic, expected turning ones");
-      if (link.type == robot::JointType::revolute) {
-        axes.push_back({X_BL.translation(), X_BL.linear() * link.axis});
+      if (link.type != robot::JointType::fixed) {
+        axes.push_back({X_BL.translation(), X_BL.linear() * link.axis,
+                        link.type == robot::JointType::prismatic});
         moved.push_back(&link);
       }
       links_[link.name] = {static_cast<int>(axes.size()), X_BL};
     }
-    if (axes.empty()) fail("chain", "no joint turns");
+    if (axes.empty()) fail("chain", "no joint moves");
     set_limits(arm, moved);
     const kin::DhRows rows = kin::dh_rows(axes);
     arm.links = rows.links;
@@ -237,7 +240,7 @@ class Builder {
     if (std::ssize(chain.a_max_rad_s2) != n) {
       fail("chain", std::to_string(chain.a_max_rad_s2.size()) +
                         " numbers in a_max_rad_s2, expected " + std::to_string(n) +
-                        ", one for each joint that turns");
+                        ", one for each joint that moves");
     }
     if (!chain.home_rad.empty() && std::ssize(chain.home_rad) != n)
       fail("chain", "expected " + std::to_string(n) + " numbers in home_rad, or none");

@@ -455,10 +455,11 @@ Report fig_2_14(const PlotDir& dir) {
   std::vector<VectorXd> starts{p.start};
   for (Index i = 0; i < p.refined.cols(); i += 31) starts.push_back(p.refined.col(i));
   constexpr std::array kRefinements{0, 1, 3};
+  const PostureCost no_preference;
   for (const VectorXd& start : starts) {
     for (std::size_t r = 0; r < kRefinements.size(); ++r) {
       CollisionChecker checker(p.arm, p.obstacles, 0.0);
-      Network network(checker, {});
+      Network network(checker, no_preference);
       network.take(roadmap);
       const int begin = network.add(start, 2 * kNeighbours);
       std::vector<int> ends;

@@ -123,6 +123,11 @@ struct BatchKernel {
         f.y = combined(before, step.R[1], step.R[4], step.R[7]);
         f.z = combined(before, step.R[2], step.R[5], step.R[8]);
     }
+    if (step.slides) {
+      after = f;
+      after.p = {f.p.x + q * f.z.x, f.p.y + q * f.z.y, f.p.z + q * f.z.z};
+      return;
+    }
     Lanes s, c;
     turn(q + step.offset, s, c);
     after.x = {c * f.x.x + s * f.y.x, c * f.x.y + s * f.y.y, c * f.x.z + s * f.y.z};
@@ -169,6 +174,10 @@ struct BatchKernel {
     Lanes D{};
     bounds[cluster.frame] = D;
     for (std::size_t j = cluster.frame; j-- > 0;) {
+      if (c.steps_[j].slides) {
+        bounds[j] = D = D + postures.deviation[j];
+        continue;
+      }
       const Frame& axis = c.frames_[j + 1];
       const Lanes dx = p.x - axis.p.x, dy = p.y - axis.p.y, dz = p.z - axis.p.z;
       const Lanes along = dx * axis.z.x + dy * axis.z.y + dz * axis.z.z;
@@ -345,6 +354,7 @@ BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
                                                                : Step::Turn::any;
     step.t = floats(C.translation());
     step.offset = static_cast<float>(link.offset);
+    step.slides = link.slides;
     steps_.push_back(step);
   }
   const auto broadcast = [](const Eigen::Vector3f& v) {

@@ -50,7 +50,8 @@ class BatchChecker {
   Verdicts judge(const Postures& postures);
   /// Postures with all motions around them: those of a lane that neither touches nor is near are
   /// proven free. Of the motion, a cluster moves at most D, where, from its frame to the base,
-  ///   D ← 0;  D ← D + (ρⱼ + D) δⱼ,   ρⱼ = largest distance of its centres from axis j at q.
+  ///   D ← 0;  D ← D + (ρⱼ + D) δⱼ,   ρⱼ = largest distance of its centres from axis j at q,
+  /// or D ← D + δⱼ where joint j slides.
   /// (Move the outer joints first: when joint j turns, its axis still stands as at q, and the ball,
   /// already moved by D, is at most ρⱼ + D away from it.) Down to frame f only it is the motion
   /// relative to f, which counts for pairs of own clusters.
@@ -63,6 +64,7 @@ class BatchChecker {
     std::array<float, 9> R{};  // row after row
     std::array<float, 3> t{};
     float offset = 0.0f;  // of the joint behind it
+    bool slides = false;  // that joint
   };
   struct Point {
     std::array<float, 3> p{};  // in its frame, or in W

@@ -81,6 +81,23 @@ TEST(Forward, ModifiedLinksTurnBeforeTheyMove) {
   }
 }
 
+TEST(Forward, JointsThatSlideMoveAlongTheirAxis) {
+  using namespace Eigen;
+  for (const bool modified : {false, true}) {
+    ArmModel arm;
+    arm.links = {
+        {.a = 0.3, .alpha = 0.4, .d = 0.1, .offset = 0.7, .modified = modified, .slides = true}};
+    const AngleAxisd turn(0.7, Vector3d::UnitZ()), tilt(0.4, Vector3d::UnitX());
+    const Translation3d along_z(0.0, 0.0, 0.1 + 0.25), along_x(0.3, 0.0, 0.0);
+    const Isometry3d expected =
+        modified ? tilt * along_x * turn * along_z : turn * along_z * along_x * tilt;
+    EXPECT_TRUE(end_effector(arm, VectorXd::Constant(1, 0.25)).isApprox(expected, 1e-14));
+    const DhLink& link = arm.links[0];
+    EXPECT_TRUE((link.before_joint() * Translation3d(0.0, 0.0, 0.25) * link.after_joint())
+                    .isApprox(expected, 1e-14));
+  }
+}
+
 TEST(Forward, BaseAndToolPosesCompose) {
   ArmModel arm = planar_arm();
   arm.X_WB =
@@ -91,11 +108,16 @@ TEST(Forward, BaseAndToolPosesCompose) {
 }
 
 TEST(Jacobian, EqualsCentralDifferences) {
-  const ArmModel arm = lwr4();
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> angle(-2.0, 2.0);
   constexpr double kH = 1e-6;
-  for (int trial = 0; trial < 20; ++trial) {
+  for (int trial = 0; trial < 60; ++trial) {
+    ArmModel arm = lwr4();
+    for (std::size_t j = 0; j < 7; ++j) {  // the first 20 as they are, then some that slide
+      arm.links[j].modified = trial >= 40;
+      arm.links[j].slides = trial >= 20 && generator() % 3 == 0;
+      arm.links[j].offset = 0.1 * static_cast<double>(j);
+    }
     Eigen::VectorXd q(7);
     for (double& x : q) x = angle(generator);
     const auto J = jacobian(arm, q);

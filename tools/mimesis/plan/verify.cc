@@ -179,8 +179,11 @@ class Scene {
     sphere.lever_m.resize(static_cast<std::size_t>(sphere.frame));
     for (auto m = static_cast<std::size_t>(sphere.frame); m-- > 0;) {
       const kin::DhLink& link = arm_.links[m];
-      sphere.lever_m[m] = link.modified ? reach : reach + std::abs(link.a);
-      reach += std::hypot(link.a, link.d);
+      sphere.lever_m[m] = link.slides ? 1.0 : link.modified ? reach : reach + std::abs(link.a);
+      const auto joint = static_cast<Index>(m);
+      const double slide =
+          link.slides ? std::max(std::abs(arm_.q_min[joint]), std::abs(arm_.q_max[joint])) : 0.0;
+      reach += std::hypot(link.a, std::abs(link.d) + slide);
     }
     spheres_.push_back(std::move(sphere));
   }
@@ -193,9 +196,11 @@ class Scene {
     frames.assign(1, X);
     for (std::size_t m = 0; m < arm_.links.size(); ++m) {
       const kin::DhLink& link = arm_.links[m];
-      const Eigen::AngleAxisd turn(q[static_cast<Index>(m)] + link.offset, Vector3d::UnitZ());
+      const double turned = link.slides ? 0.0 : q[static_cast<Index>(m)],
+                   moved = link.slides ? q[static_cast<Index>(m)] : 0.0;
+      const Eigen::AngleAxisd turn(turned + link.offset, Vector3d::UnitZ());
       const Eigen::AngleAxisd tilt(link.alpha, Vector3d::UnitX());
-      const Eigen::Translation3d along_x(link.a, 0.0, 0.0), along_z(0.0, 0.0, link.d);
+      const Eigen::Translation3d along_x(link.a, 0.0, 0.0), along_z(0.0, 0.0, link.d + moved);
       if (link.modified) {
         X = X * tilt * along_x * turn * along_z;
       } else {

@@ -307,6 +307,44 @@ TEST(PlanVerb, TakesAnArmFromAPublishedUrdf) {
   EXPECT_EQ(proven.code, 0) << proven.output << proven.errors;
 }
 
+/// Two links on a rail along x, turned into the plane of the planar scene.
+const std::string kOnARail = R"(name: rail
+base_rpy_rad: [0, 1.5707963267948966, 0]
+joints:
+  - {type: slides, alpha_rad: -1.5707963267948966, offset_rad: 1.5707963267948966, q_min_m: -0.9, q_max_m: 0.9,
+     v_max_m_s: 0.5, a_max_m_s2: 2}
+  - {a_m: 0.6, q_min_rad: -3, q_max_rad: 3, v_max_rad_s: 2, a_max_rad_s2: 6}
+  - {a_m: 0.5, q_min_rad: -2.8, q_max_rad: 2.8, v_max_rad_s: 2, a_max_rad_s2: 6}
+groups: [upper, fore]
+obstacle_groups: [upper, fore]
+balls:
+  - {frame: 2, group: upper, center_m: [-0.4, 0, 0], radius_m: 0.08}
+  - {frame: 2, group: upper, center_m: [-0.2, 0, 0], radius_m: 0.08}
+  - {frame: 2, group: upper, center_m: [0, 0, 0], radius_m: 0.08}
+  - {frame: 3, group: fore, center_m: [-0.25, 0, 0], radius_m: 0.08}
+  - {frame: 3, group: fore, center_m: [0, 0, 0], radius_m: 0.08}
+)";
+
+TEST(PlanVerb, TakesAnArmOnARail) {
+  const std::string posts =
+      "balls: [{center_m: [0.1, 0.5, 0], radius_m: 0.1}, {center_m: [0.1, -0.5, 0], radius_m: 0.1},"
+      " {center_m: [0.1, 0.5, 0.5], radius_m: 0.1}, {center_m: [0.1, 0, 0.6], radius_m: 0.1},"
+      " {center_m: [0.1, 0, -0.6], radius_m: 0.1}]\n";
+  const fs::path plan = folder() / "rail.yaml", arm = written("rail_arm.yaml", kOnARail);
+  const Ran made = run({written("posts.yaml", posts), "--robot", arm, "--start=-0.8,1.5,0",
+                        "--goal=0.8,-1.5,0.2", "-o", plan, "--json"});
+  ASSERT_EQ(made.code, 0) << made.errors;
+  const Ran proven = run({"verify", plan});
+  EXPECT_EQ(proven.code, 0) << proven.output << proven.errors;
+  PlanFile stuck = load_plan(plan);
+  const kin::ArmModel rail = model::load_arm(arm);
+  const PlanInstant& middle = stuck.motions[0].instants[stuck.motions[0].instants.size() / 2];
+  const Vector3d hand = kin::end_effector(rail, vector(middle.position_rad)).translation();
+  for (const double x : {hand.x(), hand.y(), hand.z() + 0.089, 0.01})
+    stuck.motions[0].balls_m.push_back(x);
+  EXPECT_FALSE(verify_plan(stuck, rail).findings.empty());
+}
+
 TEST(PlanVerb, GivesReasonsInOneLine) {
   const auto says = [](std::vector<std::string> words, int code, const std::string& what) {
     const Ran r = run(std::move(words));
