@@ -117,13 +117,11 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
 
   std::vector<Hold> holds;
   std::string contact;
-  bool free = false;
   for (const auto& q : solutions) {
     if (const auto touch = empty_handed.contact(q)) {
       contact = *touch;
       continue;
     }
-    free = true;
     if (held_.empty()) held_ = held_balls(q);
     CollisionChecker holding(arm_, carrying(true), settings_.margin_m);
     const Eigen::Vector3d back = -settings_.approach_m * kin::end_effector(arm_, q).linear().col(2);
@@ -133,7 +131,7 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
     if (up) holds.push_back({q, std::move(*away), std::move(*up)});
   }
   if (!holds.empty()) return holds;
-  if (free) return tl::unexpected(Status{"no free straight way to " + what});
+  if (contact.empty()) return tl::unexpected(Status{"no free straight way to " + what});
   return tl::unexpected(Status{"no free posture at " + what + ", e.g. " + contact});
 }
 

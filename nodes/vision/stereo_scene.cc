@@ -114,7 +114,17 @@ std::vector<StereoScene::Pair> StereoScene::pairs(Kind kind, std::span<const Reg
 
 void StereoScene::update(std::span<const Region> left, std::span<const Region> right) {
   changes_.clear();
-  for (const Kind kind : kThings) follow(kind, pairs(kind, left, right));
+  unmatched_ = 0;
+  for (const Kind kind : kThings) {
+    std::vector<Pair> found = pairs(kind, left, right);
+    const auto shows = [&](std::span<const Region> regions) {
+      return std::ranges::any_of(regions, [&](const Region& r) {
+        return r.kind == kind && r.moments.area >= 10 * limits_.min_area;
+      });
+    };
+    unmatched_ += found.empty() && shows(left) && shows(right) ? 1 : 0;
+    follow(kind, std::move(found));
+  }
   const auto gone = [this](const Track& t) {
     if (t.missing <= limits_.gone_pictures) return false;
     if (t.announced)

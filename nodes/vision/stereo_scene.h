@@ -94,6 +94,8 @@ class StereoScene {
   std::vector<Thing> goals() const;
   /// Whether all that was ever announced rests and is known from enough pictures.
   bool settled() const;
+  /// Kinds of which both newest pictures show something, but no two regions that are one thing.
+  int unmatched() const { return unmatched_; }
   int version() const { return version_; }  ///< number of changes so far
   /// Sudden changes in the newest pair, one line each: appeared, moved by, gone.
   const std::vector<std::string>& changes() const { return changes_; }
@@ -130,7 +132,7 @@ class StereoScene {
   std::vector<Track> tracks_;
   std::vector<Thing> things_;
   std::vector<std::string> changes_;
-  int ids_ = 0, version_ = 0;
+  int ids_ = 0, version_ = 0, unmatched_ = 0;
 };
 
 /// Outline of a region, from its sums.

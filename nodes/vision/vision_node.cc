@@ -3,7 +3,9 @@
 #include <Eigen/Cholesky>
 #include <array>
 #include <cstring>
+#include <functional>
 #include <string>
+#include <string_view>
 
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
@@ -239,6 +241,7 @@ void VisionParams::visit(runtime::ParamVisitor& v) {
   v("pair_s", pair_s, 0.0, 1.0);
   v("wait_s", wait_s, 0.0, 10.0);
   v("blind_s", blind_s, 0.0, 60.0);
+  v("frozen_s", frozen_s, 0.0, 3600.0);
   v("reference_bgr", reference_bgr, 0.0, 255.0, 3);
   const auto group = [&v](std::string_view key, auto& part) {
     v.group(key, [&part](ParamVisitor& g) { part.visit(g); });
@@ -271,6 +274,7 @@ VisionNode::VisionNode(const Params& params, const std::optional<image::Rig>& ri
       wait_(runtime::from_seconds(params.wait_s)),
       blind_(runtime::from_seconds(params.blind_s)),
       watcher_(setup_),
+      frozen_s_(params.frozen_s),
       calibrated_by_(rig ? params.rig : "view.width_px, height_px"),
       rig_days_(params.rig_days),
       in_(bus, "image"),
@@ -383,6 +387,42 @@ bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera
   return true;
 }
 
+/// Whether the image that was taken over shows anything, and anything new.
+bool VisionNode::alive(const foxglove::RawImage& m) {
+  constexpr double kBlack = 8.0;
+  constexpr int kSame = 10;  // pictures: fewer are no stream
+  const double brightest = (is_yuyv(m) ? median_bgr(yuyv_) : median_bgr(image_)).maxCoeff();
+  if (brightest < kBlack) {
+    refuse(fmt::format("black (median {:.0f} of 255, expected {:.0f} or more): lens or light",
+                       brightest, kBlack));
+    return false;
+  }
+  const std::size_t hash = std::hash<std::string_view>()(m.data());
+  const runtime::Time stamp = stamp_of(m);
+  if (hash != picture_hash_) {
+    same_since_ = stamp;
+    same_ = 0;
+  }
+  picture_hash_ = hash;
+  const double same_s = runtime::to_seconds(stamp - same_since_);
+  if (frozen_s_ == 0.0 || ++same_ < kSame || same_s < frozen_s_) return true;
+  refuse(fmt::format("the same for {:.1f} s, to the last bit: the camera hangs", same_s));
+  return false;
+}
+
+/// Cameras that were swapped or moved, or a calibration of others, leave things without partners.
+void VisionNode::check_rig() {
+  constexpr int kMany = 2, kLong = 30;  // classes, pictures
+  const StereoScene* stereo = watcher_->stereo();
+  if (stereo == nullptr) return;
+  unmatched_ = stereo->unmatched() >= kMany ? unmatched_ + 1 : 0;
+  if (unmatched_ < kLong) return;
+  refuse(
+      fmt::format("{} classes of things are in both pictures, but not in one place by {}: are the "
+                  "cameras swapped or moved, or the calibration that of others?",
+                  stereo->unmatched(), calibrated_by_));
+}
+
 void VisionNode::step(runtime::Time now) {
   if (const v1::CameraRig* rig = rig_in_.take()) use_rig(*rig);
   if (const v1::ColorLesson* lesson = lesson_in_.take()) lesson_ = *lesson;
@@ -394,11 +434,12 @@ void VisionNode::look(const foxglove::RawImage& left) {
   const foxglove::RawImage* right = partner_of(left);
   if (right != nullptr && accept(*right, *watcher_->right_camera()))
     is_yuyv(*right) ? watcher_->watch_right(yuyv_) : watcher_->watch_right(image_);
-  if (!accept(left, watcher_->camera())) return;
+  if (!accept(left, watcher_->camera()) || !alive(left)) return;
   looked_ = stamp_of(left);
   const auto stamp_ns = static_cast<std::uint64_t>(looked_.count());
   if (lesson_ && !is_yuyv(left) && stamp_ns >= lesson_->header().stamp_ns()) take_lesson();
   is_yuyv(left) ? watcher_->watch(yuyv_) : watcher_->watch(image_);
+  if (right != nullptr) check_rig();
   publish(looked_);
 }
 

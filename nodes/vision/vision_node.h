@@ -27,6 +27,8 @@ struct VisionParams {
   double pair_s = 0.002;  ///< two cameras: images that are so far apart are of one moment [s]
   double wait_s = 0.05;   ///< two cameras: so long an image waits for its partner [s]
   double blind_s = 0.3;   ///< the robot's table holds as long as its last image is not older [s]
+  double frozen_s =
+      3.0;  ///< pictures that are equal to the last bit for so long are refused [s]; 0: none
   RobotTableSetup table;  ///< the robot's own table
   int rig_days = 0;  ///< images that are this many days younger than the rig are refused; 0: none
   std::vector<double> reference_bgr{145.0, 151.0,
@@ -52,6 +54,8 @@ class VisionNode {
   const foxglove::RawImage* due(runtime::Time now);
   const foxglove::RawImage* partner_of(const foxglove::RawImage& left);
   bool accept(const foxglove::RawImage& message, const image::Camera& camera);
+  bool alive(const foxglove::RawImage& accepted);
+  void check_rig();
   void refuse(const std::string& why);
   void look(const foxglove::RawImage& left);
   void publish(runtime::Time stamp);
@@ -70,8 +74,13 @@ class VisionNode {
   int table_version_ = -1;                 ///< of the things it shows
   runtime::Time looked_{};                 ///< stamp of the newest image looked at
   bool waiting_ = false;                   ///< an image that was not looked at
-  std::string calibrated_by_;              ///< what gave the camera, for messages
-  std::optional<int> calibrated_day_;      ///< since 1970; nothing if any age will do
+  double frozen_s_;
+  std::size_t picture_hash_ = 0;       ///< of the newest image
+  runtime::Time same_since_{};         ///< stamp of the first image that was like it
+  int same_ = 0;                       ///< images in a row that were like it
+  int unmatched_ = 0;                  ///< pairs in a row in which things do not match
+  std::string calibrated_by_;          ///< what gave the camera, for messages
+  std::optional<int> calibrated_day_;  ///< since 1970; nothing if any age will do
   int rig_days_;
   image::Image image_;
   YuyvImage yuyv_;

@@ -180,6 +180,23 @@ TEST(StereoScene, SpecksDoNotHideThatAThingWasMoved) {
   EXPECT_NE(said[1].find("goal_low 1 moved by 50 mm"), std::string::npos) << said[1];
 }
 
+TEST(StereoScene, CountsThingsThatDoNotMatchWhereCamerasAreSwapped) {
+  const auto cameras = pair();
+  const Solid object{Form::cylinder, {-0.2, 0.04, 0.0}, 0.03, 0.08},
+      goal{Form::cylinder, {0.2, 0.06, 0.0}, 0.045, 0.02};
+  for (const bool swapped : {false, true}) {
+    StereoScene scene(cameras[0], cameras[1], SceneLimits{});
+    std::array<std::vector<Region>, 2> regions;
+    for (std::size_t side = 0; side < 2; ++side) {
+      regions[side] = {region(Kind::object, seen(object, cameras)[side]),
+                       region(Kind::goal_low, seen(goal, cameras)[side])};
+    }
+    for (int i = 0; i < 10; ++i) scene.update(regions[swapped ? 1 : 0], regions[swapped ? 0 : 1]);
+    EXPECT_EQ(scene.unmatched(), swapped ? 2 : 0);
+    EXPECT_EQ(scene.things().empty(), swapped);
+  }
+}
+
 TEST(StereoScene, TheRigsErrorsArePartOfTheDoubt) {
   const auto cameras = pair();
   const Solid solid{Form::cylinder, {0.1, 0.05, 0.0}, 0.03, 0.08};

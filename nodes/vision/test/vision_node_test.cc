@@ -282,6 +282,25 @@ TEST(VisionStereo, AnUnreadableRigLeavesTheOneBefore) {
   EXPECT_TRUE(bus.take<v1::Blobs>("blobs"));  // by `view`, with one camera
 }
 
+TEST(VisionNode, WithholdsSymbolsOfBlackAndFrozenImages) {
+  testing::Loopback bus;
+  VisionNode node(params(), bus);
+  const auto looks_at = [&](const foxglove::RawImage& image, runtime::Time stamp) {
+    bus.send("image", image, stamp);
+    node.step(stamp);
+    return bus.take<v1::Observation>("observation").has_value();
+  };
+  foxglove::RawImage image = picture("bgr8");
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(looks_at(image, 1s + i * 320ms)) << i;
+  EXPECT_FALSE(looks_at(image, 4100ms));  // the same for more than 3 s
+  ++(*image.mutable_data())[5];
+  EXPECT_TRUE(looks_at(image, 4200ms));
+  foxglove::RawImage black = image;
+  black.mutable_data()->assign(image.data().size(), '\x03');
+  EXPECT_FALSE(looks_at(black, 4300ms));
+  EXPECT_TRUE(looks_at(image, 4400ms));
+}
+
 TEST(VisionNode, LearnsColoursFromClicks) {
   testing::Loopback bus;
   VisionNode node(params(), bus);
