@@ -2,8 +2,9 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <sys/inotify.h>
+#include <sys/epoll.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -77,9 +78,16 @@ bool is_name(std::string_view name) {
 
 using namespace std::chrono_literals;
 
-constexpr auto kScanPeriod = 20ms;  // without inotify
+constexpr auto kLookPeriod = 20ms, kBusyLookPeriod = 2ms, kBusy = 500ms;
+constexpr auto kTick = 30ms;  // times of change within a tick of the kernel's clock are equal
+constexpr auto kWholePeriod = 1s;
 constexpr int kLooks = 20;  // 1 ms apart: a dying process closes its files, then drops the locks
 constexpr std::string_view kConductorSocket = "clock.sock";
+
+template <class Stamp>
+Stamp stamp_of(const struct stat& st) {
+  return {st.st_ino, st.st_mtim.tv_sec * 1'000'000'000 + st.st_mtim.tv_nsec};
+}
 
 struct flock whole_file(short type) {
   struct flock lock {};
@@ -333,62 +341,81 @@ void RegistryEntry::publish(const v1::NodeInfo& info) {
 }
 
 Registry::Registry(const std::string& directory)
-    : directory_(nodes_directory(directory)), inotify_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
-  if (inotify_ >= 0 &&
-      inotify_add_watch(inotify_, directory_.c_str(),
-                        IN_MOVED_TO | IN_DELETE | IN_CLOSE_WRITE | IN_ONLYDIR) < 0) {
-    close(inotify_);
-    inotify_ = -1;
-  }
-  scan();
+    : directory_(nodes_directory(directory)), deaths_(epoll_create1(EPOLL_CLOEXEC)) {
+  if (deaths_ < 0) throw ConfigError(std::string("no epoll: ") + std::strerror(errno));
 }
 
 Registry::~Registry() {
-  if (inotify_ >= 0) close(inotify_);
+  for (const auto& [name, fd] : pidfds_) close(fd);
+  close(deaths_);
 }
 
 std::chrono::milliseconds Registry::patience() const {
   if (!suspects_.empty()) return 1ms;
-  return inotify_ >= 0 ? std::chrono::milliseconds(1h) : kScanPeriod;
+  const auto left = next_look_ - std::chrono::steady_clock::now();
+  return std::max(0ms, std::chrono::ceil<std::chrono::milliseconds>(left));
 }
 
-void Registry::scan() {
+void Registry::scan(bool all) {
   DIR* dir = opendir(directory_.c_str());
   if (dir == nullptr) return;
+  std::set<std::string> there;
   while (const dirent* entry = readdir(dir)) {
-    if (entry->d_name[0] != '.') suspects_.emplace(entry->d_name, 0);
+    if (entry->d_name[0] == '.') continue;
+    struct stat st {};
+    if (fstatat(dirfd(dir), entry->d_name, &st, AT_SYMLINK_NOFOLLOW) != 0) continue;
+    const auto name = there.insert(entry->d_name).first;
+    Stamp& seen = seen_[*name];
+    const Stamp now = stamp_of<Stamp>(st);
+    if (all || seen != now) suspects_.emplace(*name, 0);
+    seen = now;
   }
   closedir(dir);
-  for (const auto& [name, info] : nodes_) suspects_.emplace(name, 0);
+  for (const auto& [name, info] : nodes_) {
+    if (!there.contains(name)) suspects_.emplace(name, 0);
+  }
+  std::erase_if(seen_, [&there](const auto& entry) { return !there.contains(entry.first); });
 }
 
-void Registry::read_events() {
-  alignas(inotify_event) std::array<char, 4096> buffer;
-  for (;;) {
-    const ssize_t size = read(inotify_, buffer.data(), buffer.size());
-    if (size <= 0) return;
-    for (ssize_t at = 0; at < size;) {
-      const auto* event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
-      at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
-      if ((event->mask & IN_Q_OVERFLOW) != 0) scan();
-      if (event->len == 0) continue;
-      const std::string name = event->name;
-      if (name.ends_with(".new")) continue;
-      if (name.front() != '.') {
-        suspects_.emplace(name, 0);
-      } else if ((event->mask & IN_CLOSE_WRITE) != 0 && nodes_.contains(name.substr(1))) {
-        suspects_[name.substr(1)] = kLooks;
-      }
-    }
+void Registry::watch(const std::string& name, std::uint32_t pid) {
+  unwatch(name);
+  const int fd = static_cast<int>(syscall(SYS_pidfd_open, static_cast<pid_t>(pid), 0));
+  if (fd < 0) return;
+  epoll_event event{.events = EPOLLIN, .data = {.fd = fd}};
+  epoll_ctl(deaths_, EPOLL_CTL_ADD, fd, &event);
+  pidfds_[name] = fd;
+}
+
+void Registry::unwatch(const std::string& name) {
+  const auto it = pidfds_.find(name);
+  if (it == pidfds_.end()) return;
+  close(it->second);  // which takes it out of the epoll
+  pidfds_.erase(it);
+}
+
+void Registry::read_deaths() {
+  std::array<epoll_event, 16> events;
+  const int count = epoll_wait(deaths_, events.data(), static_cast<int>(events.size()), 0);
+  for (int i = 0; i < count; ++i) {
+    const auto dead = std::ranges::find(pidfds_, events[static_cast<std::size_t>(i)].data.fd,
+                                        &std::pair<const std::string, int>::second);
+    if (dead == pidfds_.end()) continue;
+    suspects_[dead->first] = kLooks;
+    unwatch(std::string(dead->first));
   }
 }
 
 std::vector<RegistryChange> Registry::poll() {
-  if (inotify_ >= 0) {
-    read_events();
-  } else if (const auto now = std::chrono::steady_clock::now(); now >= next_scan_) {
-    next_scan_ = now + kScanPeriod;
-    scan();
+  read_deaths();
+  if (const auto now = std::chrono::steady_clock::now(); now >= next_look_) {
+    struct stat st {};
+    const bool there = stat(directory_.c_str(), &st) == 0;
+    const Stamp is = stamp_of<Stamp>(st);
+    if (there && is != directory_seen_) directory_seen_ = is, changed_ = now;
+    const bool whole = now >= next_whole_;
+    if (whole) next_whole_ = now + kWholePeriod;
+    if (whole || now < changed_ + kTick) scan(whole);
+    next_look_ = now + (now < changed_ + kBusy ? kBusyLookPeriod : kLookPeriod);
   }
   std::vector<RegistryChange> changes;
   std::optional<Sockets> sockets;
@@ -415,9 +442,12 @@ void Registry::refresh(const std::string& name, std::vector<RegistryChange>& cha
   if (known != nodes_.end() && (!info || info->start_id() != known->second.start_id())) {
     changes.push_back({std::move(known->second), false});
     nodes_.erase(known);
+    unwatch(name);
   }
   if (!info) return;
+  const bool fresh = !nodes_.contains(name);
   v1::NodeInfo& entry = nodes_[name];
+  if (fresh) watch(name, info->pid());
   if (entry.SerializeAsString() == info->SerializeAsString()) return;
   entry = *info;
   changes.push_back({std::move(*info), true});

@@ -21,7 +21,7 @@ struct RobotTableSetup {
   double spacing_m = 0.0375;     ///< of the bridge's safety balls
   double small_gap_m = 0.125;    ///< a lone goal that is nearer to the bar's height is a high one
   double lone_s = 8.0;           ///< a goal that is the only one for so long stays alone
-  double uncertain_m = 0.006;    ///< a thing is known well enough below this standard deviation
+  double uncertain_m = 0.008;    ///< a thing is known well enough below this standard deviation
   /// Obstacles are larger by so many standard deviations of their places [1].
   double doubt = 1.0;
 

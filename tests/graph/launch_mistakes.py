@@ -23,10 +23,12 @@ FIRST = [
     Mistake("topic of nobody", IMITATION, "in: {image: camera/image,", "in: {image: «camera/imagge,",
             "no node publishes 'camera/imagge'", "camera/image"),
     Mistake("input left out", IMITATION, "  cognition:\n    exec: mimesis_cognition\n    after: [recorder]\n"
-            "    params: {rate_hz: 100, practice: \"${arg:practised}\", rehearse: \"${arg:rehearse}\", save_links: \"${run:log}/links.json\"}\n"
+            "    params: {rate_hz: 100, practice: \"${arg:practised}\", rehearse: \"${arg:rehearse}\", save_links: \"${run:log}/links.json\",\n"
+            "      goals: \"${arg:goals}\", order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
             "    in: {observation: vision/observation, task: planner/status, test_plan: rehearsal/status}",
             "  «cognition:\n    exec: mimesis_cognition\n    after: [recorder]\n"
-            "    params: {rate_hz: 100, practice: \"${arg:practised}\", rehearse: \"${arg:rehearse}\", save_links: \"${run:log}/links.json\"}\n"
+            "    params: {rate_hz: 100, practice: \"${arg:practised}\", rehearse: \"${arg:rehearse}\", save_links: \"${run:log}/links.json\",\n"
+            "      goals: \"${arg:goals}\", order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
             "    in: {observation: vision/observation, test_plan: rehearsal/status}",
             "input 'task' is left out", "planner/status"),
     Mistake("message of another type", IMITATION, "in: {image: camera/image,", "in: {image: «camera/truth,",

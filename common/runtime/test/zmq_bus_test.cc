@@ -152,10 +152,10 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
       graph.name(), [](const std::string& topic) { return topic == "t/x"; }, Policy::reliable);
   stuck.until([] { return true; });
   sender.bus().wait(std::chrono::steady_clock::now());
-  recorder.next(0ms);  // meets the sender
   sender.open();
   ASSERT_TRUE(both(sender, well, [&] {
     stuck.bus().wait(std::chrono::steady_clock::now());
+    recorder.next(0ms);  // meets the sender
     return out.subscribers() == 3;
   }));
   auto m = numbered(1), numbered_small = m;

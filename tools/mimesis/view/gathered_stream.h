@@ -63,9 +63,9 @@ class GatheredStream {
         s->sending = true;
         boost::asio::async_write(s->stream, buffers,
                                  [s, handler = std::forward<Handler>(handler)](
-                                     beast::error_code error, std::size_t size) mutable {
-                                   s->sent_until(error);
-                                   std::move(handler)(error, size);
+                                     beast::error_code now, std::size_t size) mutable {
+                                   s->sent_until(now);
+                                   std::move(handler)(now, size);
                                  });
       } else {
         s->more = false;

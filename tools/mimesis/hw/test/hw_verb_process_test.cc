@@ -165,8 +165,8 @@ TEST_F(Hw, CheckSaysWhatFits) {
 
 TEST(Candump, LinesOfEachKindOfFrame) {
   namespace can = hw::can;
-  constexpr hw::Time kStamp = 1436509052s + 249713us;
-  const auto line = [](const can::Frame& f) { return candump_line(f, kStamp, "can0"); };
+  const hw::Time stamp = 1436509052s + 249713us;
+  const auto line = [&stamp](const can::Frame& f) { return candump_line(f, stamp, "can0"); };
   can::Frame f{.id = 0x44, .length = 3, .data = {0x2A, 0x36, 0x6C}};
   EXPECT_EQ(line(f), "(1436509052.249713) can0 044#2A366C");
   f.id = 0x12345 | can::kExtendedFlag;
