@@ -640,11 +640,11 @@ TEST(Tap, AStrangersWordsOnATypeAreNotBelieved) {
   Tap tap(
       graph.name(), [](const std::string&) { return true; }, Policy::latest);
   announce(before, 1, other.SerializeAsString());
-  tap.next(0ms);
+  tap.next(50ms);
   announce(honest, 2, right);
-  tap.next(0ms);
+  tap.next(50ms);
   announce(after, 3, "no set");
-  tap.next(0ms);
+  tap.next(50ms);
   EXPECT_EQ(tap.descriptors(type_hash(*v1::Publication::descriptor())), right);
 }
 
