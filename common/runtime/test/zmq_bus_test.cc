@@ -514,33 +514,6 @@ TEST(ZmqBus, SubscriptionsHaveALimit) {
   EXPECT_TRUE(p.receiver.until([&] { return in->counters().received == 1; }));
 }
 
-TEST(Registry, SkipsEntriesThatAreNoSmallFiles) {
-  TestGraph graph;
-  const std::string nodes = graph.directory() + "/nodes/";
-  const RegistryEntry fifo(graph.directory(), "fifo"), large(graph.directory(), "large"),
-      empty(graph.directory(), "empty");  // names are taken, as by a node that runs
-  ASSERT_EQ(mkfifo((nodes + "fifo").c_str(), 0600), 0);
-  ASSERT_EQ(mkfifo((nodes + ".lock").c_str(), 0600), 0);
-  ASSERT_EQ(mkfifo((nodes + "lock").c_str(), 0600), 0);
-  std::ofstream(nodes + "large").close();
-  ASSERT_EQ(truncate((nodes + "large").c_str(), 1 << 30), 0);
-  std::ofstream(nodes + "empty").close();
-  std::ofstream(nodes + std::string(120, 'n')).close();
-  ::testing::internal::CaptureStderr();
-  for (int k = 0; k < 3; ++k) {
-    Registry registry(graph.directory());
-    EXPECT_TRUE(registry.poll().empty());
-    EXPECT_TRUE(registry.nodes().empty());
-  }
-  const std::string said = ::testing::internal::GetCapturedStderr();
-  for (const std::string name : {"fifo", ".lock", "large", "empty"}) {
-    const std::size_t at = said.find(nodes + name + ": expected");
-    ASSERT_NE(at, std::string::npos) << name << ": " << said;
-  }
-  EXPECT_NE(said.find("a name that no node can have"), std::string::npos) << said;
-  EXPECT_EQ(std::ranges::count(said, '\n'), 5) << "each is said once: " << said;
-}
-
 TEST(ZmqBus, BytesThatAreNoMessagesAreCounted) {
   TestGraph graph;
   TestNode receiver(graph, {{"in", "t/x"}}, {}, "receiver");

@@ -65,9 +65,10 @@ class Browser {
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
-  /// @throws ConfigError with its words: it ended, or has not answered in time
+  /// @throws ConfigError with its last line: it ended, or has not answered in time
   [[noreturn]] void blame(const char* what) {
-    throw ConfigError(fmt::format("the browser {}: {}", what, process_->last_words()));
+    const std::string words = process_->last_words();
+    throw ConfigError(fmt::format("the browser {}: {}", what, words.substr(words.rfind('\n') + 1)));
   }
   bool ended() { return process_->ending().has_value(); }
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <sstream>
 
 #include "common/error.h"
 #include "common/runtime/param_source.h"
@@ -145,7 +146,15 @@ void add_view(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1.0, 120.0))
       ->capture_default_str();
   verb->add_option("--camera", f.camera,
-                   "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: all there is)");
+                   "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: all there is)")
+      ->check([](const std::string& text) {
+        std::istringstream in(text + ',');
+        double value = 0.0;
+        char comma = 0;
+        int numbers = 0;
+        while (in >> value >> comma && comma == ',') ++numbers;
+        return numbers == 6 && in.eof() ? std::string() : "expected six numbers X,Y,Z,X,Y,Z";
+      });
   verb->add_option("--width", f.width_px, "Of film and picture [px]")
       ->check(CLI::Range(16, 7680))
       ->capture_default_str();

@@ -280,6 +280,12 @@ class ViewOfALog(unittest.TestCase):
             self.assertEqual(made.returncode, 2)
             self.assertRegex(made.stderr, f"^[^\n]*{word}[^\n]*\n$")
 
+    def test_a_camera_is_six_numbers(self):
+        for camera in ("1,2", "1,2,3,4,5,6,7", "1,2,3,4,5,x", "1;2;3;4;5;6"):
+            made = self.film("--png", "/nowhere/x.png", "--camera", camera)
+            self.assertNotEqual(made.returncode, 0, camera)
+            self.assertIn("expected six numbers", made.stderr)
+
     def test_a_scene_becomes_a_picture_and_a_film(self):
         with tempfile.TemporaryDirectory() as folder:
             picture = self.film("--png", f"{folder}/x.png", "--from", "1", "--width", "320", "--height", "200")
