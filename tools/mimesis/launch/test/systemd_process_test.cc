@@ -188,9 +188,10 @@ TEST_F(LaunchSystemd, TheManagerOfAUserStartsUnitsAndStopsThoseOfAKilledLauncher
   ASSERT_EQ(told("systemctl", {"start", "user-manager"}), "");
   const std::string home = "/run/user/65534";
   const auto as_user = [&](std::vector<std::string> words) {
+    const std::string folders = "XDG_STATE_HOME=" + home + "/state";
     const std::vector<std::string> user{
-        "--reuid=65534",           "--clear-groups",        "env", "-C", home, "-u", "TMPDIR",
-        "XDG_RUNTIME_DIR=" + home, "XDG_STATE_HOME=" + home};
+        "--reuid=65534", "--clear-groups",          "env",  "-C", home, "-u",
+        "TMPDIR",        "XDG_RUNTIME_DIR=" + home, folders};
     words.insert(words.begin(), user.begin(), user.end());
     return std::make_unique<Process>("/usr/bin/setpriv", words);
   };
