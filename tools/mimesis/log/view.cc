@@ -151,7 +151,7 @@ class LayerPainter {
       follow<v1::JointState>(view);
       follow<v1::HandState>(view);
     }
-    if (wanted<v1::Scene>(layers.roadmap)) add_roadmap(planner_of(setups), arm_of(setups, ""));
+    if (wanted<v1::Scene>(layers.roadmap)) add_roadmap(planner_of(setups));
     if (wanted<v1::FieldActivity>(layers.fields)) {
       follow<v1::FieldActivity>([](const v1::FieldActivity& fields, const Draw& draw) {
         draw("view/fields", to_board(fields), std::chrono::nanoseconds(fields.header().stamp_ns()));
@@ -199,7 +199,7 @@ class LayerPainter {
   }
   /// The program mimesis_roadmap plans as the planner did (nodes/planner/drawing).
   /// @throws ConfigError if it is asked for and not there, or does not know these parameters
-  void add_roadmap(const v1::NodeStart& planner, kin::ArmModel arm) {
+  void add_roadmap(const v1::NodeStart& planner) {
     constexpr const char* kName = "mimesis_roadmap";
     constexpr double kLongest_s = 600.0;  // for one roadmap
     if (launch::find_executable(kName).empty()) {
@@ -225,7 +225,6 @@ class LayerPainter {
       follow<v1::Scene>(view);
       follow<v1::TaskStatus>(view);
     }
-    follow<v1::Trajectory>(std::make_shared<PathView>(std::move(arm)));
   }
   /// Calls `see(message, draw)` for messages on the topic of type T, if there is one; it returns
   /// false if the message could not be drawn.
@@ -316,8 +315,7 @@ void add_view(CLI::App& verb, int& exit_code) {
   add_input_output(*view, o->inputs, o->output);
   view->add_flag("--robot", o->layers.robot, "Arm and hand, at their recorded states");
   view->add_flag("--fields", o->layers.fields, "Activity of the neural fields, on a board");
-  view->add_flag("--roadmap", o->layers.roadmap,
-                 "The planner's roadmap, and the path of the hand in its motions");
+  view->add_flag("--roadmap", o->layers.roadmap, "The planner's roadmap");
   view->add_flag("--table", o->layers.table, "The table as the planner knows it");
   view->add_flag("--all", o->layers.all, "All of these for which the log has topics");
   add_output_options(*view, o->output);

@@ -108,8 +108,7 @@ inline foxglove::FrameTransforms to_camera_frames(const image::View& view,
 
 namespace color {
 constexpr model::Rgba kRest{0.25, 0.45, 0.9, 1.0}, kZero{0.55, 0.55, 0.55, 1.0},
-    kActive{1.0, 0.55, 0.1, 1.0}, kText{0.95, 0.95, 0.95, 1.0}, kBack{0.1, 0.11, 0.13, 1.0},
-    kEmpty{0.1, 0.75, 0.95, 1.0}, kHolding{0.95, 0.25, 0.85, 1.0};
+    kActive{1.0, 0.55, 0.1, 1.0}, kText{0.95, 0.95, 0.95, 1.0}, kBack{0.1, 0.11, 0.13, 1.0};
 }  // namespace color
 
 /// Colour of a point of activity u: blue at rest, grey at 0, orange when active.
@@ -213,61 +212,6 @@ class RoadmapView {
   std::optional<v1::Scene> scene_;  ///< the last one
   v1::Transport decided_ = v1::TRANSPORT_UNSPECIFIED;
   std::pair<std::string, v1::Transport> shown_;  ///< scene without its header, decision
-};
-
-/// Draws the path of the hand in all motions of the plan so far on view/path, with the hand's pose
-/// at grasp and release.
-class PathView {
- public:
-  explicit PathView(kin::ArmModel arm) : arm_(std::move(arm)) {}
-
-  /// False: not a motion of this arm.
-  bool see(const v1::Trajectory& motion, const Draw& draw) {
-    Motion way{motion.phase(), {}};
-    for (const v1::TrajectoryPoint& point : motion.points()) {
-      if (point.position_rad_size() != arm_.dof()) return false;
-      const auto q = Eigen::VectorXd::Map(point.position_rad().data(), arm_.dof());
-      if (!q.allFinite()) return false;
-      way.X_WE.push_back(kin::end_effector(arm_, q));
-    }
-    if (way.X_WE.empty()) return false;
-    const bool new_plan = motion.phase() == v1::TASK_PHASE_REACH ||
-                          (!motions_.empty() && motion.phase() < motions_.back().phase);
-    if (new_plan) motions_.clear();
-    motions_.push_back(std::move(way));
-
-    const std::chrono::nanoseconds stamp(motion.header().stamp_ns());
-    foxglove::SceneUpdate update;
-    foxglove::SceneEntity& entity = model::add_entity(update, "path", "world", stamp);
-    for (const Motion& m : motions_) {
-      draw_way(entity, m.X_WE,
-               m.phase == v1::TASK_PHASE_TRANSPORT ? color::kHolding : color::kEmpty);
-      if (m.phase == v1::TASK_PHASE_APPROACH) draw_hand_pose(entity, m.X_WE.back(), "grasp");
-      if (m.phase == v1::TASK_PHASE_RETREAT) draw_hand_pose(entity, m.X_WE.front(), "release");
-    }
-    draw("view/path", update, stamp);
-    return true;
-  }
-
- private:
-  struct Motion {
-    v1::TaskPhase phase;
-    std::vector<Eigen::Isometry3d> X_WE;
-  };
-  static void draw_way(foxglove::SceneEntity& entity, const std::vector<Eigen::Isometry3d>& X_WE,
-                       const model::Rgba& color) {
-    auto& line = model::add_line(entity, foxglove::LinePrimitive::LINE_STRIP, 6.0, color);
-    for (const auto& X : X_WE) model::add_point(line, X.translation());
-  }
-  static void draw_hand_pose(foxglove::SceneEntity& entity, const Eigen::Isometry3d& X_WE,
-                             const std::string& name) {
-    model::add_axes(entity, X_WE, 0.06);
-    model::add_label(entity, X_WE.translation() + Eigen::Vector3d(0.0, 0.0, 0.08), 0.03, name,
-                     color::kText);
-  }
-
-  kin::ArmModel arm_;
-  std::vector<Motion> motions_;  ///< motions of the plan
 };
 
 }  // namespace mimesis::tool

@@ -111,13 +111,12 @@ TEST_F(LogView, KeepsEveryMessageAndPutsDrawingsBesideThem) {
   EXPECT_EQ(drawn, (std::map<std::string, int>{{"view/camera", 1},
                                                {"view/camera_frames", 1},
                                                {"view/fields", 10},
-                                               {"view/path", 1},
                                                {"view/roadmap", 2},
                                                {"view/robot", 10},
                                                {"view/robot_frames", 25},
                                                {"view/table", 1}}));
   EXPECT_EQ(report_["drawn"], nlohmann::json(drawn));
-  EXPECT_EQ(report_["messages"], before.size() + 51);
+  EXPECT_EQ(report_["messages"], before.size() + 50);
   EXPECT_EQ(report_["attachments"], 1);
   EXPECT_EQ(report_["metadata"], 1);
 }

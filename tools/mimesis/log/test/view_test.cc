@@ -131,29 +131,14 @@ TEST(ViewCamera, FramesAndCalibrationProjectAsThePinholeDoes) {
   EXPECT_NEAR(X_WT.linear().determinant(), 1.0, 1e-12);
 }
 
-class ViewPlan : public ::testing::Test {
- protected:
-  v1::Trajectory motion(v1::TaskPhase phase, const Eigen::VectorXd& from,
-                        const Eigen::VectorXd& to) const {
-    v1::Trajectory trajectory;
-    trajectory.set_phase(phase);
-    for (const auto& q : {from, to}) {
-      trajectory.add_points()->mutable_position_rad()->Assign(q.begin(), q.end());
-    }
-    return trajectory;
-  }
-  const kin::ArmModel arm_ = model::load_arm(kModels + "lwr4.yaml");
-  const kin::Table table_ = model::load_table(kModels + "bridge_table.yaml");
-};
-
-TEST_F(ViewPlan, TheRoadmapIsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
+TEST(ViewPlan, TheRoadmapIsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
   std::vector<v1::Transport> decisions;
   RoadmapView view([&](const v1::Scene&, const v1::TaskStatus& status) {
     decisions.push_back(status.transport());
     return foxglove::SceneUpdate();
   });
   Sheet sheet;
-  v1::Scene scene = model::to_proto(table_);
+  v1::Scene scene = model::to_proto(model::load_table(kModels + "bridge_table.yaml"));
   EXPECT_TRUE(view.see(scene, sheet.draw));
   EXPECT_EQ(sheet.count("view/roadmap"), 1u);
   scene.mutable_header()->set_stamp_ns(5);
@@ -176,37 +161,6 @@ TEST_F(ViewPlan, TheRoadmapIsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
   EXPECT_EQ(sheet.count("view/roadmap"), 3u);
   EXPECT_EQ(decisions,
             (std::vector{v1::TRANSPORT_UNSPECIFIED, v1::TRANSPORT_ABOVE, v1::TRANSPORT_ABOVE}));
-}
-
-TEST_F(ViewPlan, ThePathGrowsMotionByMotionAndBeginsAnewWithAPlan) {
-  PathView view(arm_);
-  Sheet sheet;
-  Eigen::VectorXd grasp = arm_.home, place = arm_.home;
-  grasp[0] += 0.5;
-  place[0] += 1.0;
-  const auto path = [&] { return sheet.last<foxglove::SceneUpdate>("view/path").entities(0); };
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_REACH, arm_.home, grasp), sheet.draw));
-  EXPECT_EQ(path().lines_size(), 1);
-  EXPECT_EQ(path().texts_size(), 0);
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_APPROACH, arm_.home, grasp), sheet.draw));
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_TRANSPORT, grasp, place), sheet.draw));
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_RETREAT, place, arm_.home), sheet.draw));
-  const auto whole = path();
-  EXPECT_EQ(whole.lines_size(), 4);
-  ASSERT_EQ(whole.texts_size(), 2);
-  const Eigen::Vector3d p_WE = kin::end_effector(arm_, grasp).translation();
-  EXPECT_EQ(whole.texts(0).text(), "grasp");
-  EXPECT_NEAR(whole.texts(0).pose().position().x(), p_WE.x(), 1e-12);
-  EXPECT_LT((vector(whole.lines(2).points(0)) - p_WE).norm(), 1e-12);
-  EXPECT_EQ(whole.texts(1).text(), "release");
-  EXPECT_NEAR(whole.texts(1).pose().position().y(),
-              kin::end_effector(arm_, place).translation().y(), 1e-12);
-
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_REACH, arm_.home, grasp), sheet.draw));
-  EXPECT_EQ(path().lines_size(), 1);
-  EXPECT_FALSE(view.see(v1::Trajectory(), sheet.draw));
-  EXPECT_FALSE(view.see(motion(v1::TASK_PHASE_REACH, Eigen::VectorXd::Zero(2), grasp), sheet.draw));
-  EXPECT_EQ(path().lines_size(), 1);
 }
 
 }  // namespace
