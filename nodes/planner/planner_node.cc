@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/model/files.h"
+#include "common/model/viewer.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
 #include "nodes/planner/plan_drawing_node.h"
@@ -132,7 +133,8 @@ TaskSettings task_settings(const PlannerParams& p) {
 
 namespace {
 
-constexpr std::chrono::milliseconds kSeenPeriod{200};
+constexpr std::chrono::milliseconds kSeenPeriod{200}, kPosePeriod{40};  // of drawings
+constexpr double kVisible = 0.01;  // change of the hand's closure that is drawn [1]
 
 SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& arm) {
   SequenceSettings s;
@@ -176,7 +178,9 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       status_(bus, "status", {.latched = true}),
       trajectory_(bus, "trajectory"),
       plan_(bus, "plan", {.latched = true}),
-      seen_(bus, "seen", {.latched = true}) {}
+      seen_(bus, "seen", {.latched = true}),
+      robot_(bus, "robot", {.latched = true}),
+      robot_frames_(bus, "robot_frames") {}
 
 void PlannerNode::step(runtime::Time now) {
   read_inputs(now);
@@ -308,6 +312,18 @@ void PlannerNode::publish_drawings(runtime::Time now) {
   if (std::exchange(undrawn_, false) && sequence_.plan()) {
     auto plan = draw_plan(arm_, *sequence_.plan(), now);
     plan_.send(plan, now);
+  }
+  if (arm_reading_ && now >= pose_due_) {
+    pose_due_ = now + kPosePeriod;
+    kin::forward(arm_, arm_reading_->q, X_);
+    auto frames = model::to_robot_frames(arm_, X_, now);
+    robot_frames_.send(frames, now);
+    const double closure = hand_reading_ ? hand_reading_->closure : drawn_closure_.value_or(0.0);
+    if (!drawn_closure_ || std::abs(closure - *drawn_closure_) >= kVisible) {
+      drawn_closure_ = closure;
+      auto robot = model::to_robot(arm_, closure, now);
+      robot_.send(robot, now);
+    }
   }
   const v1::Scene* scene = scene_in_.get();
   if (scene == nullptr || now < seen_due_) return;

@@ -12,6 +12,7 @@
 #include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/scene.pb.h"
+#include "proto/foxglove/transform.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/scene.pb.h"
 
@@ -134,8 +135,10 @@ class PlannerNode {
   runtime::Throttle unusable_{std::chrono::seconds(1)}, waits_{std::chrono::seconds(1)};
   std::optional<HandReading> hand_reading_;
   v1::TaskStatus last_status_;
-  runtime::Time status_due_{}, seen_due_{};
-  runtime::Time even_{};  // of the last step, without what it was late
+  runtime::Time status_due_{}, seen_due_{}, pose_due_{};
+  std::vector<Eigen::Isometry3d> X_;     // of the links
+  std::optional<double> drawn_closure_;  // of the hand [1]
+  runtime::Time even_{};                 // of the last step, without what it was late
 
   runtime::Latest<v1::Decision> decision_in_;
   runtime::Latest<v1::Scene> scene_in_;
@@ -145,7 +148,9 @@ class PlannerNode {
   runtime::Out<v1::HandCommand> hand_command_;
   runtime::Out<v1::TaskStatus> status_;
   runtime::Out<v1::Trajectory> trajectory_;
-  runtime::Out<foxglove::SceneUpdate> plan_, seen_;  // for viewers
+  // For viewers:
+  runtime::Out<foxglove::SceneUpdate> plan_, seen_, robot_;
+  runtime::Out<foxglove::FrameTransforms> robot_frames_;
 };
 
 }  // namespace mimesis::planner

@@ -129,6 +129,24 @@ TEST(PlannerNode, PlansAndStreamsTheWholeTask) {
   EXPECT_LT((Eigen::Vector3d(start.x(), start.y(), start.z()) - p_WE).norm(), 1e-9);
 }
 
+TEST(PlannerDrawing, TheRobotMovesAt25HzAndIsDrawnAnewWhenTheHandMoves) {
+  Bench bench;
+  for (int i = 0; i < 200; ++i) bench.step();  // 1 s
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  const Eigen::Vector3d p_WE = kin::end_effector(arm, arm.home).translation();
+  int poses = 0;
+  while (const auto frames = bench.bus.take<foxglove::FrameTransforms>("robot_frames")) {
+    ++poses;
+    EXPECT_DOUBLE_EQ(frames->transforms(8).translation().x(), p_WE.x());
+  }
+  EXPECT_EQ(poses, 25);
+  EXPECT_TRUE(bench.bus.take<foxglove::SceneUpdate>("robot"));
+  EXPECT_FALSE(bench.bus.take<foxglove::SceneUpdate>("robot")) << "nothing has moved";
+  bench.closure = 0.7;
+  for (int i = 0; i < 20; ++i) bench.step();
+  EXPECT_TRUE(bench.bus.take<foxglove::SceneUpdate>("robot"));
+}
+
 TEST(PlannerDrawing, AnEllipsoidShowsHowWellAPlaceIsKnown) {
   v1::Scene scene;
   v1::GraspObject& object = *scene.mutable_object();

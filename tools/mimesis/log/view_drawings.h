@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "common/image/pinhole.h"
-#include "common/kin/arm.h"
 #include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/viewer.h"
-#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/foxglove/scene.pb.h"
@@ -27,47 +25,6 @@ namespace mimesis::tool {
 /// Takes a message for a topic of the log that is being written, stamped with the time it shows.
 using Draw = std::function<void(const std::string& topic, const google::protobuf::Message& message,
                                 std::chrono::nanoseconds stamp)>;
-
-/// Draws the arm and its hand at their recorded states: shapes on view/robot, poses on
-/// view/robot_frames at 25 Hz. Every message on view/robot is whole, so that a viewer may seek.
-class RobotView {
- public:
-  explicit RobotView(kin::ArmModel arm) : arm_(std::move(arm)) {}
-
-  /// False: the state is not finite, or of an arm with another number of joints.
-  bool see(const v1::JointState& state, const Draw& draw) {
-    if (state.position_rad_size() != arm_.dof()) return false;
-    const auto q = Eigen::VectorXd::Map(state.position_rad().data(), arm_.dof());
-    if (!q.allFinite()) return false;
-    const std::chrono::nanoseconds stamp(state.header().stamp_ns());
-    if (due_ && stamp < *due_) return true;
-    due_ = stamp + kPosePeriod;
-    if (!closure_) {
-      closure_ = 0.0;
-      draw("view/robot", model::to_robot(arm_, *closure_, stamp), stamp);
-    }
-    kin::forward(arm_, q, X_);
-    draw("view/robot_frames", model::to_robot_frames(arm_, X_, stamp), stamp);
-    return true;
-  }
-  bool see(const v1::HandState& state, const Draw& draw) {
-    if (!std::isfinite(state.closure())) return false;
-    if (closure_ && std::abs(state.closure() - *closure_) < kVisible) return true;
-    closure_ = state.closure();
-    const std::chrono::nanoseconds stamp(state.header().stamp_ns());
-    draw("view/robot", model::to_robot(arm_, *closure_, stamp), stamp);
-    return true;
-  }
-
- private:
-  static constexpr std::chrono::milliseconds kPosePeriod{40};
-  static constexpr double kVisible = 0.01;  ///< change of the hand's closure that is drawn [1]
-
-  kin::ArmModel arm_;
-  std::vector<Eigen::Isometry3d> X_;
-  std::optional<std::chrono::nanoseconds> due_;  ///< time of the next poses; empty before the first
-  std::optional<double> closure_;                ///< closure drawn last
-};
 
 /// The camera's calibration in frame "camera".
 inline foxglove::CameraCalibration to_calibration(const image::View& view,
@@ -158,6 +115,19 @@ inline foxglove::SceneUpdate to_board(const v1::FieldActivity& fields) {
   return update;
 }
 
+inline bool finite(const Eigen::Vector3d& p, double size) {
+  return p.allFinite() && std::isfinite(size);
+}
+
+inline bool finite(const kin::Table& table) {
+  bool all = finite(table.bridge_center, table.bridge_height + table.bridge_half_width) &&
+             finite(table.object, table.object_height + table.object_radius);
+  for (const auto& ball : table.balls) all &= finite(ball.center, ball.radius);
+  for (const auto& box : table.boxes) all &= finite(box.center, box.half_extent.sum());
+  for (const auto& goal : table.goals) all &= finite(goal.position, goal.radius);
+  return all;
+}
+
 /// Draws the planner's knowledge on view/roadmap: its roadmap when the scene is first seen, and for
 /// every plan that finds a scene or a decision changed.
 class RoadmapView {
@@ -183,18 +153,6 @@ class RoadmapView {
   }
 
  private:
-  static bool finite(const Eigen::Vector3d& p, double size) {
-    return p.allFinite() && std::isfinite(size);
-  }
-
-  static bool finite(const kin::Table& table) {
-    bool all = finite(table.bridge_center, table.bridge_height + table.bridge_half_width) &&
-               finite(table.object, table.object_height + table.object_radius);
-    for (const auto& ball : table.balls) all &= finite(ball.center, ball.radius);
-    for (const auto& box : table.boxes) all &= finite(box.center, box.half_extent.sum());
-    for (const auto& goal : table.goals) all &= finite(goal.position, goal.radius);
-    return all;
-  }
   void draw_roadmap(std::uint64_t stamp_ns, const Draw& draw) {
     if (!scene_) return;
     v1::Scene without_time = *scene_;

@@ -146,7 +146,7 @@ void add_view(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1.0, 120.0))
       ->capture_default_str();
   verb->add_option("--camera", f.camera,
-                   "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: all there is)")
+                   "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: of the layout that fits)")
       ->check([](const std::string& text) {
         std::istringstream in(text + ',');
         double value = 0.0;

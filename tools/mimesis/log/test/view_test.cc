@@ -10,8 +10,6 @@
 namespace mimesis::tool {
 namespace {
 
-using std::chrono::milliseconds;
-
 const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
 
 Eigen::Vector3d vector(const foxglove::Point3& p) { return {p.x(), p.y(), p.z()}; }
@@ -33,45 +31,6 @@ struct Sheet {
     return messages.contains(topic) ? messages.at(topic).size() : 0;
   }
 };
-
-v1::JointState arm_state(const Eigen::VectorXd& q, std::chrono::nanoseconds stamp) {
-  v1::JointState state;
-  state.mutable_header()->set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
-  state.mutable_position_rad()->Assign(q.begin(), q.end());
-  return state;
-}
-
-TEST(ViewRobot, MovesAt25HzAndIsDrawnAnewWhenTheHandMoves) {
-  const kin::ArmModel arm = model::load_arm(kModels + "lwr4.yaml");
-  RobotView view(arm);
-  Sheet sheet;
-  for (int i = 0; i < 200; ++i) {  // 1 s at 200 Hz
-    EXPECT_TRUE(view.see(arm_state(arm.home, milliseconds(5 * i)), sheet.draw));
-  }
-  EXPECT_EQ(sheet.count("view/robot_frames"), 25u);
-  EXPECT_EQ(sheet.count("view/robot"), 1u);
-  v1::HandState hand;
-  for (int i = 0; i <= 100; ++i) {  // a change below the visible one, then one in all
-    hand.set_closure(i < 100 ? 0.005 : 0.7);
-    EXPECT_TRUE(view.see(hand, sheet.draw));
-  }
-  EXPECT_EQ(sheet.count("view/robot"), 2u);
-  const auto frames = sheet.last<foxglove::FrameTransforms>("view/robot_frames");
-  const Eigen::Vector3d p_WE = kin::end_effector(arm, arm.home).translation();
-  EXPECT_DOUBLE_EQ(frames.transforms(8).translation().x(), p_WE.x());
-  EXPECT_EQ(frames.transforms(8).timestamp().nanos(), 960'000'000);
-}
-
-TEST(ViewRobot, RefusesStatesOfOtherArms) {
-  RobotView view(model::load_arm(kModels + "lwr4.yaml"));
-  Sheet sheet;
-  EXPECT_FALSE(view.see(arm_state(Eigen::VectorXd::Zero(6), {}), sheet.draw));
-  EXPECT_FALSE(view.see(arm_state(Eigen::VectorXd::Constant(7, NAN), {}), sheet.draw));
-  v1::HandState hand;
-  hand.set_closure(INFINITY);
-  EXPECT_FALSE(view.see(hand, sheet.draw));
-  EXPECT_TRUE(sheet.messages.empty());
-}
 
 TEST(ViewFields, CurvesHaveTheHeightOfTheActivityAboveTheirLine) {
   v1::FieldActivity activity;

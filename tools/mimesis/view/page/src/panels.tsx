@@ -1,10 +1,10 @@
 // What stands beside the scene: nodes, images, fields, plots, log, parameters, player.
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { signal } from "@preact/signals";
 import uPlot from "uplot";
 import { typeOf, type Connection } from "./connection";
 import { paths, valueAt } from "./fields";
 import { annotate, pixels } from "./image";
+import { curves } from "./layouts";
 
 type Props = { connection: Connection };
 const topicsOf = (connection: Connection, schema: string) =>
@@ -135,8 +135,6 @@ function column(canvas: HTMLCanvasElement | undefined, u: number[]) {
   pen.putImageData(strip, canvas.width - 1, 0);
 }
 
-type Curve = { topic: string; path: string };
-const curves = signal<Curve[]>([]);
 const COLOURS = ["#e8853a", "#3f88c5", "#44a568", "#c44e8a", "#8a6fd1", "#c9b037", "#4bb3b8", "#d1495b"];
 const SPAN_S = 20, MOST = 4000;
 

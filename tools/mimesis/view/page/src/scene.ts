@@ -150,6 +150,7 @@ function dispose(object: THREE.Object3D) {
 
 export class Scene {
   readonly topics = new Map<string, () => void>(); // how to end listening
+  private hidden = new Set<string>(); // topics
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.PerspectiveCamera(45, 1, 0.02, 500);
@@ -196,6 +197,22 @@ export class Scene {
     }
   }
 
+  /** Shows all topics but these. */
+  hide(topics: string[]) {
+    this.hidden = new Set(topics);
+    for (const [key, group] of this.entities) group.visible = !this.hidden.has(key.split("\n")[0]!);
+    this.dirty = true;
+  }
+
+  /** Eye and what it looks at [m]. */
+  aim(camera: number[]) {
+    this.framed = true;
+    this.camera.position.fromArray(camera);
+    this.controls.target.fromArray(camera, 3);
+    this.controls.update();
+    this.dirty = true;
+  }
+
   /** Turns the camera to all that is there. */
   look() {
     const bounds = new THREE.Box3();
@@ -208,17 +225,14 @@ export class Scene {
     this.dirty = true;
   }
 
-  /** A size of its own [px], and the camera [m], for pictures: eye and what it looks at; none: all there is. */
-  pose(width: number, height: number, camera?: number[]) {
+  /** A size of its own [px], and the camera [m], for pictures; none: all there is. */
+  pose(width: number, height: number, camera: number[]) {
     this.framed = true;
     this.still = true;
     this.watch.disconnect();
     this.renderer.setPixelRatio(1);
     this.resize(width, height);
-    if (!camera) return this.look();
-    this.camera.position.fromArray(camera);
-    this.controls.target.fromArray(camera, 3);
-    this.controls.update();
+    camera.length ? this.aim(camera) : this.look();
   }
 
   picture(type: string): Promise<Blob> {
@@ -238,6 +252,7 @@ export class Scene {
       const key = `${topic}\n${entity.id}`, before = this.entities.get(key);
       if (before) dispose(before);
       const group = build(entity);
+      group.visible = !this.hidden.has(topic);
       this.frame(entity.frameId || ROOT).add(group);
       this.entities.set(key, group);
     }
