@@ -31,7 +31,7 @@ void add_doubt(foxglove::SceneEntity& entity, const Vector3d& center,
   if (X.linear().determinant() < 0.0) X.linear().col(0) *= -1.0;
   const Vector3d deviation = axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   model::add_ellipsoid(entity, X, 6.0 * deviation, kDoubt);
-  model::add_label(entity, center + Vector3d(0.0, 0.0, 2.0 * kLabel_m), 0.5 * kLabel_m,
+  model::add_label(entity, center + Vector3d(0.0, 0.0, 2.0 * kLabel_m), 0.7 * kLabel_m,
                    fmt::format("±{:.1f} mm", 1e3 * deviation.maxCoeff()), kText);
 }
 

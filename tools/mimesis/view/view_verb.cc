@@ -145,8 +145,9 @@ void add_view(CLI::App& program, int& exit_code) {
   verb->add_option("--fps", f.rate_hz, "Pictures a second of the film")
       ->check(CLI::Range(1.0, 120.0))
       ->capture_default_str();
-  verb->add_option("--camera", f.camera,
-                   "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: of the layout that fits)")
+  verb->add_option(
+          "--camera", f.camera,
+          "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: of the layout that fits)")
       ->check([](const std::string& text) {
         std::istringstream in(text + ',');
         double value = 0.0;

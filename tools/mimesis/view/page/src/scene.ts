@@ -90,6 +90,9 @@ function text(primitive: any): THREE.Object3D {
   const { r, g, b } = primitive.color ?? { r: 1, g: 1, b: 1 };
   pen.fillStyle = `rgb(${255 * r} ${255 * g} ${255 * b})`;
   pen.textBaseline = "middle";
+  pen.lineWidth = 6;
+  pen.strokeStyle = "#0009"; // readable on light and dark
+  pen.strokeText(primitive.text, 8, 32);
   pen.fillText(primitive.text, 8, 32);
   const map = new THREE.CanvasTexture(canvas);
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false }));
