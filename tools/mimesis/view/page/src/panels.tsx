@@ -257,6 +257,12 @@ export function Player({ connection }: Props) {
   const name = [...services.keys()].find((s) => services.get(s)!.response.schemaName === "mimesis.v1.PlayerStatus" && s.endsWith("/status"))?.slice(0, -7);
   const [status, setStatus] = useState<any>();
   const ask = (what: string, request: object = {}) => { if (name) connection.call(`${name}/${what}`, request).then(setStatus, () => {}); };
+  const [marks, setMarks] = useState<any[]>([]);
+  useEffect(() => {
+    if (!name) return;
+    const look = (): unknown => connection.call(`${name}/marks`, {}).then((m) => (setMarks(m.marks), m.whole || setTimeout(look, 500)), () => {});
+    look();
+  }, [name]);
   useEffect(() => {
     if (!name) return;
     const timer = setInterval(() => ask("status"), 200);
@@ -278,8 +284,12 @@ export function Player({ connection }: Props) {
     <section class="player" aria-label="Time line of the log">
       <button onClick={() => ask(status.paused ? "resume" : "pause")} title="space">{status.paused ? "Play" : "Pause"}</button>
       <button onClick={() => ask("step")} title="s">Step</button>
+      <div class="line"><svg aria-hidden="true" viewBox="0 0 1000 8" preserveAspectRatio="none">{marks.map((m, i) => (
+        <rect key={i} class={m.level > 2 ? "bad" : ""} x={(1000 * (m.positionS - status.startS)) / (status.endS - status.startS || 1)} width="2" height="8"
+          onClick={() => ask("seek", { target: { case: "positionS", value: m.positionS } })}><title>{`${m.positionS.toFixed(2)} s, ${m.node}: ${m.text}`}</title></rect>))}
+      </svg>
       <input type="range" aria-label="Time" min={status.startS} max={status.endS} step="0.01" value={status.positionS}
-        onInput={(e) => ask("seek", { target: { case: "positionS", value: Number(e.currentTarget.value) } })} />
+        onInput={(e) => ask("seek", { target: { case: "positionS", value: Number(e.currentTarget.value) } })} /></div>
       <span>{status.positionS.toFixed(2)} / {status.endS.toFixed(2)} s</span>
       <label>Speed <select value={String(status.rate)} onChange={(e) => ask("rate", { rate: Number(e.currentTarget.value) })}>
         {[...new Set([0.1, 0.25, 0.5, 1, 2, 5, 10, status.rate])].sort((a, b) => a - b).map((r) => <option key={r} value={String(r)}>{r}×</option>)}
