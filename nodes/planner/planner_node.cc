@@ -180,7 +180,7 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       plan_(bus, "plan", {.latched = true}),
       seen_(bus, "seen", {.latched = true}),
       robot_(bus, "robot", {.latched = true}),
-      robot_frames_(bus, "robot_frames") {}
+      robot_frames_(bus, "robot_frames", {.latched = true}) {}
 
 void PlannerNode::step(runtime::Time now) {
   read_inputs(now);

@@ -10,7 +10,7 @@ type Props = { connection: Connection };
 const topicsOf = (connection: Connection, schema: string) =>
   [...connection.channels.value.values()].filter((c) => c.schemaName === schema).map((c) => c.topic).sort();
 const own = (topic: string) => /\/(health|log|start|steps)$/.test(topic);
-const ms = (s: number) => (s > 0 ? `${(1e3 * s).toFixed(s < 0.01 ? 2 : 0)} ms` : "-");
+const ms = (s: number) => (s > 0 && isFinite(s) ? `${(1e3 * s).toFixed(s < 0.01 ? 2 : 0)} ms` : "-");
 
 /** Health of a node, and messages a second since the one before. */
 type Seen = { health: any; sentHz: number; stepHz: number; at: number };
@@ -36,12 +36,13 @@ export function Nodes({ connection }: Props) {
   const count = (hz: number | undefined) => (hz === undefined || isNaN(hz) ? "-" : hz.toFixed(0));
   return (
     <table>
-      <thead><tr><th>Node</th><th>State</th><th>Steps/s</th><th>Sent/s</th><th title="worst input, 99th percentile">Latency</th><th>Step</th></tr></thead>
+      <thead><tr><th>Node</th><th>State</th><th>Steps/s</th><th>Sent/s</th><th title="worst input, 99th percentile">Latency</th><th title="oldest input">Age</th><th title="longest">Step</th></tr></thead>
       <tbody>
         {[...nodes].sort().map(([name, ports]) => {
           const s = seen[name], inputs: any[] = s?.health.inputs ?? [];
           const stale = inputs.filter((i) => i.stale).map((i) => i.topic);
           const latency = Math.max(0, ...inputs.map((i) => i.latencyP99S));
+          const age = Math.max(0, ...inputs.map((i) => i.ageS));
           const state = !s ? "no health" : stale.length ? "stale input" : "ok";
           return (
             <tr key={name} class={stale.length ? "bad" : ""}>
@@ -50,7 +51,7 @@ export function Nodes({ connection }: Props) {
                   <ul>{ports.in.sort().map((t) => <li key={"i" + t}>← {t}</li>)}{ports.out.sort().map((t) => <li key={"o" + t}>→ {t}</li>)}</ul>
                 </details>
               </td>
-              <td title={stale.join(", ")}>{state}</td><td>{count(s?.stepHz)}</td><td>{count(s?.sentHz)}</td><td>{ms(latency)}</td>
+              <td title={stale.join(", ")}>{state}</td><td>{count(s?.stepHz)}</td><td>{count(s?.sentHz)}</td><td>{ms(latency)}</td><td>{ms(age)}</td>
               <td>{s ? ms(s.health.worstStepS) : "-"}</td>
             </tr>
           );
@@ -90,7 +91,7 @@ function Picture({ connection, topic }: Props & { topic: string }) {
         return;
       }
       const seen = pixels(m);
-      setNote(seen ? "" : m.data.length ? `no image that can be shown: ${m.encoding}` : "a reference: mimesis log restore computes the images of a log again");
+      setNote(seen ? "" : m.data.length ? `no image that can be shown: ${m.encoding}` : "not in the log: mimesis view --images computes it again");
       if (seen) (last = seen), soon();
     }));
     return () => ends.forEach((end) => end());
@@ -191,7 +192,7 @@ function Plot({ connection }: Props) {
       const low = Math.min(...inside), high = Math.max(...inside), room = 0.05 * (high - low) || 0.05 * Math.abs(high) || 1;
       plot.setScale("y", { min: low - room, max: high + room });
     }, 50);
-    const resize = new ResizeObserver(() => plot.setSize({ width: box.current!.clientWidth, height: 260 }));
+    const resize = new ResizeObserver(([seen]) => plot.setSize({ width: seen!.contentRect.width, height: 260 }));
     resize.observe(box.current);
     return () => { clearInterval(timer), resize.disconnect(), ends.forEach((end) => end()), plot.destroy(); };
   }, [shown]);
