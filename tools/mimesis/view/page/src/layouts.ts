@@ -3,7 +3,7 @@ import { effect, signal } from "@preact/signals";
 
 export type Curve = { topic: string; path: string };
 type Kept = { tab: string; curves: Curve[]; hidden: string[] };
-export type Layout = Kept & { name: string; /** A graph that sends this has it. */ topic: string; /** Eye and what it looks at [m]. */ camera: number[] };
+export type Layout = Kept & { name: string; /** A graph that sends this has it. */ topic: string; /** Eye and what it looks at [m]; empty: all there is. */ camera: number[] };
 
 const along = (topic: string, ...paths: string[]): Curve[] => paths.map((path) => ({ topic, path }));
 const AROUND = [2.4, -2.8, 1.7, 0.6, 0, 0.6];
@@ -16,7 +16,7 @@ export const LAYOUTS: Layout[] = [
     curves: [...along("walker/balance", "zmp_measured_in_world_m.y_m", "zmp_planned_in_world_m.y_m"), ...along("sim_body/drawer", "opened_m")] },
   { name: "Biped", topic: "walker/plan", tab: "Plots", camera: AROUND, hidden: [],
     curves: along("walker/balance", "zmp_measured_in_world_m.y_m", "zmp_planned_in_world_m.y_m", "com_measured_in_world_m.y_m", "com_planned_in_world_m.y_m") },
-  { name: "Crowd", topic: "crowd/scene", tab: "Plots", camera: [0, -14, 12, 0, 0, 0], hidden: [],
+  { name: "Crowd", topic: "crowd/scene", tab: "Plots", camera: [], hidden: [],
     curves: along("crowd/certificate", "guarantees[0].disorder", "guarantees[0].measured_rate_1_s", "guarantees[0].guaranteed_rate_1_s") },
   { name: "Walk", topic: "synthesizer/figures", tab: "Plots", camera: AROUND, hidden: [],
     curves: along("synthesizer/motion", "velocity_forward_m_s", "phase_rate_rad_s") },
