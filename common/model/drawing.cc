@@ -70,7 +70,12 @@ void add_box(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
 
 void add_ball(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double radius,
               const Rgba& color) {
-  fill(entity.add_spheres(), at(center), Eigen::Vector3d::Constant(2.0 * radius), color);
+  add_ellipsoid(entity, at(center), Eigen::Vector3d::Constant(2.0 * radius), color);
+}
+
+void add_ellipsoid(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
+                   const Eigen::Vector3d& axes, const Rgba& color) {
+  fill(entity.add_spheres(), pose, axes, color);
 }
 
 void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,

@@ -26,6 +26,9 @@ void add_box(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
              const Eigen::Vector3d& edges, const Rgba& color);
 void add_ball(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double radius,
               const Rgba& color);
+/// `axes`: whole lengths along the axes of `pose`.
+void add_ellipsoid(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
+                   const Eigen::Vector3d& axes, const Rgba& color);
 /// A cylinder from `from` to `to`; nothing if they are the same place.
 void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              double radius, const Rgba& color);

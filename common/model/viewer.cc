@@ -9,7 +9,7 @@ namespace mimesis::model {
 namespace {
 
 constexpr Rgba kTable{0.75, 0.72, 0.68, 1.0}, kBridge{0.25, 0.35, 0.55, 1.0},
-    kArm{0.95, 0.5, 0.1, 0.9}, kObject{0.1, 0.6, 0.3, 1.0}, kGoal{0.9, 0.2, 0.2, 0.4},
+    kArm{0.95, 0.5, 0.1, 0.15}, kObject{0.1, 0.6, 0.3, 1.0}, kGoal{0.9, 0.2, 0.2, 0.4},
     kLink{0.82, 0.84, 0.87, 1.0}, kJoint{0.95, 0.45, 0.1, 1.0}, kHand{0.2, 0.2, 0.22, 1.0};
 
 // The hand of the safety balls' size [models/README.md], as seen from E [m].

@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "common/model/files.h"
+#include "common/model/viewer.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
+#include "nodes/planner/plan_drawing_node.h"
 
 namespace mimesis::planner {
 
@@ -131,6 +133,9 @@ TaskSettings task_settings(const PlannerParams& p) {
 
 namespace {
 
+constexpr std::chrono::milliseconds kSeenPeriod{200}, kPosePeriod{40};  // of drawings
+constexpr double kVisible = 0.01;  // change of the hand's closure that is drawn [1]
+
 SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& arm) {
   SequenceSettings s;
   s.period_s = 1.0 / p.rate_hz;
@@ -171,7 +176,11 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       command_(bus, "command"),
       hand_command_(bus, "hand_command"),
       status_(bus, "status", {.latched = true}),
-      trajectory_(bus, "trajectory") {}
+      trajectory_(bus, "trajectory"),
+      plan_(bus, "plan", {.latched = true}),
+      seen_(bus, "seen", {.latched = true}),
+      robot_(bus, "robot", {.latched = true}),
+      robot_frames_(bus, "robot_frames", {.latched = true}) {}
 
 void PlannerNode::step(runtime::Time now) {
   read_inputs(now);
@@ -185,6 +194,7 @@ void PlannerNode::step(runtime::Time now) {
   publish_trajectory(now);
   publish_commands(now);
   publish_status(now);
+  publish_drawings(now);
 }
 
 void PlannerNode::read_inputs(runtime::Time now) {
@@ -251,6 +261,7 @@ void PlannerNode::take_plan() {
     runtime::info("plan of {:.2f} rad in {} motions, computed in {:.3f} s",
                   planned->plan->path_length_rad, planned->plan->motions.size(), compute_s_);
   }
+  undrawn_ = planned->plan.has_value();
   sequence_.set_plan(std::move(planned->plan));
 }
 
@@ -295,6 +306,30 @@ void PlannerNode::publish_status(runtime::Time now) {
   last_status_ = status;
   status_due_ = now + std::chrono::seconds(1);
   status_.send(status, now);
+}
+
+void PlannerNode::publish_drawings(runtime::Time now) {
+  if (std::exchange(undrawn_, false) && sequence_.plan()) {
+    auto plan = draw_plan(arm_, *sequence_.plan(), now);
+    plan_.send(plan, now);
+  }
+  if (arm_reading_ && now >= pose_due_) {
+    pose_due_ = now + kPosePeriod;
+    kin::forward(arm_, arm_reading_->q, X_);
+    auto frames = model::to_robot_frames(arm_, X_, now);
+    robot_frames_.send(frames, now);
+    const double closure = hand_reading_ ? hand_reading_->closure : drawn_closure_.value_or(0.0);
+    if (!drawn_closure_ || std::abs(closure - *drawn_closure_) >= kVisible) {
+      drawn_closure_ = closure;
+      auto robot = model::to_robot(arm_, closure, now);
+      robot_.send(robot, now);
+    }
+  }
+  const v1::Scene* scene = scene_in_.get();
+  if (scene == nullptr || now < seen_due_) return;
+  seen_due_ = now + kSeenPeriod;
+  auto seen = draw_seen(*scene, now);
+  seen_.send(seen, now);
 }
 
 }  // namespace mimesis::planner

@@ -11,6 +11,8 @@
 #include "nodes/planner/task_sequence.h"
 #include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
+#include "proto/foxglove/scene.pb.h"
+#include "proto/foxglove/transform.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/scene.pb.h"
 
@@ -114,6 +116,7 @@ class PlannerNode {
   void publish_commands(runtime::Time now);
   void publish_trajectory(runtime::Time now);
   void publish_status(runtime::Time now);
+  void publish_drawings(runtime::Time now);
 
   runtime::Bus& bus_;
   Params params_;
@@ -124,6 +127,7 @@ class PlannerNode {
   std::optional<PlanRequest> waiting_request_;
   std::shared_ptr<const Roadmap> roadmap_;  // of the scene planned last
   double compute_s_ = 0.0;
+  bool undrawn_ = false;  // a plan that viewers have not got
 
   std::optional<DecidedTask> decided_;
   std::optional<kin::Table> table_;
@@ -131,8 +135,10 @@ class PlannerNode {
   runtime::Throttle unusable_{std::chrono::seconds(1)}, waits_{std::chrono::seconds(1)};
   std::optional<HandReading> hand_reading_;
   v1::TaskStatus last_status_;
-  runtime::Time status_due_{};
-  runtime::Time even_{};  // of the last step, without what it was late
+  runtime::Time status_due_{}, seen_due_{}, pose_due_{};
+  std::vector<Eigen::Isometry3d> X_;     // of the links
+  std::optional<double> drawn_closure_;  // of the hand [1]
+  runtime::Time even_{};                 // of the last step, without what it was late
 
   runtime::Latest<v1::Decision> decision_in_;
   runtime::Latest<v1::Scene> scene_in_;
@@ -142,6 +148,9 @@ class PlannerNode {
   runtime::Out<v1::HandCommand> hand_command_;
   runtime::Out<v1::TaskStatus> status_;
   runtime::Out<v1::Trajectory> trajectory_;
+  // For viewers:
+  runtime::Out<foxglove::SceneUpdate> plan_, seen_, robot_;
+  runtime::Out<foxglove::FrameTransforms> robot_frames_;
 };
 
 }  // namespace mimesis::planner

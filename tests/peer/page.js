@@ -16,8 +16,11 @@ const looks = [{ colorScheme: "dark" }, { colorScheme: "light" }, { colorScheme:
     const begin = Date.now();
     await page.goto(url);
     await page.getByRole("status").filter({ hasText: /^connected$/ }).waitFor();
+    await page.waitForFunction(() => document.querySelector("header select").value); // the layout that fits
+    await page.keyboard.press("1");
     await page.locator("td summary").first().waitFor(); // a node
     seen.interactive_ms ??= Date.now() - begin;
+    seen.layout = await page.getByLabel("Layout").inputValue();
     await page.addScriptTag({ content: axe });
     for (const tab of await page.getByRole("tab").all()) {
       await tab.click();

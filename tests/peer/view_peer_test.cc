@@ -41,6 +41,7 @@ TEST_F(Foreign, ThePageWorksInABrowserAndForEverybody) {
   EXPECT_EQ(seen["tabs"].size(), 3U * 6U);
   for (const auto& pixels : seen["wide"]) EXPECT_LE(pixels.get<int>(), 0) << "scrolls sideways";
   EXPECT_GT(seen["drawn"], 3) << "entities of the scene";
+  EXPECT_EQ(seen["layout"], "Any") << "none that is made for a world alone";
 }
 
 TEST_F(Foreign, FoxglovesClientUnderstandsTheView) {

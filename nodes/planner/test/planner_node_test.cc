@@ -8,6 +8,7 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
+#include "nodes/planner/plan_drawing_node.h"
 
 namespace mimesis::planner {
 namespace {
@@ -112,6 +113,68 @@ TEST(PlannerNode, PlansAndStreamsTheWholeTask) {
   int trajectories = 1;
   while (bench.bus.take<v1::Trajectory>("trajectory")) ++trajectories;
   EXPECT_EQ(trajectories, 6);
+
+  const auto plan = bench.bus.take<foxglove::SceneUpdate>("plan");
+  ASSERT_TRUE(plan);
+  EXPECT_FALSE(bench.bus.take<foxglove::SceneUpdate>("plan")) << "one plan";
+  const foxglove::SceneEntity& way = plan->entities(0);
+  EXPECT_EQ(way.lines_size(), 6);  // the object is lifted and lowered
+  ASSERT_EQ(way.texts_size(), 2);
+  EXPECT_EQ(way.texts(0).text(), "grasp");
+  EXPECT_EQ(way.texts(1).text(), "release");
+  const auto& start = way.lines(0).points(0);
+  const Eigen::Vector3d p_WE =
+      kin::end_effector(model::load_arm("lwr4.yaml"), model::load_arm("lwr4.yaml").home)
+          .translation();
+  EXPECT_LT((Eigen::Vector3d(start.x(), start.y(), start.z()) - p_WE).norm(), 1e-9);
+}
+
+TEST(PlannerDrawing, TheRobotMovesAt25HzAndIsDrawnAnewWhenTheHandMoves) {
+  Bench bench;
+  for (int i = 0; i < 200; ++i) bench.step();  // 1 s
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  const Eigen::Vector3d p_WE = kin::end_effector(arm, arm.home).translation();
+  int poses = 0;
+  while (const auto frames = bench.bus.take<foxglove::FrameTransforms>("robot_frames")) {
+    ++poses;
+    EXPECT_DOUBLE_EQ(frames->transforms(8).translation().x(), p_WE.x());
+  }
+  EXPECT_EQ(poses, 25);
+  EXPECT_TRUE(bench.bus.take<foxglove::SceneUpdate>("robot"));
+  EXPECT_FALSE(bench.bus.take<foxglove::SceneUpdate>("robot")) << "nothing has moved";
+  bench.closure = 0.7;
+  for (int i = 0; i < 20; ++i) bench.step();
+  EXPECT_TRUE(bench.bus.take<foxglove::SceneUpdate>("robot"));
+}
+
+TEST(PlannerDrawing, AnEllipsoidShowsHowWellAPlaceIsKnown) {
+  v1::Scene scene;
+  v1::GraspObject& object = *scene.mutable_object();
+  object.mutable_position_in_world_m()->set_x_m(0.5);
+  object.set_radius_m(0.02);
+  object.set_height_m(0.1);
+  EXPECT_EQ(draw_seen(scene, 0s).entities(0).spheres_size(), 0);  // told exactly
+  // Deviations of 1, 2 and 3 mm along axes that stand 45 degrees to x and y.
+  const double c = std::sqrt(0.5);
+  Eigen::Matrix3d R;
+  R << c, -c, 0, c, c, 0, 0, 0, 1;
+  const Eigen::Matrix3d L = Eigen::LLT<Eigen::Matrix3d>(
+                                R * Eigen::Vector3d(1e-6, 4e-6, 9e-6).asDiagonal() * R.transpose())
+                                .matrixL();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j <= i; ++j) object.add_spread_m(L(i, j));
+  }
+  const foxglove::SceneEntity entity = draw_seen(scene, 0s).entities(0);
+  ASSERT_EQ(entity.spheres_size(), 1);
+  const foxglove::SpherePrimitive& ball = entity.spheres(0);
+  EXPECT_NEAR(ball.size().x(), 6e-3, 1e-9);
+  EXPECT_NEAR(ball.size().y(), 12e-3, 1e-9);
+  EXPECT_NEAR(ball.size().z(), 18e-3, 1e-9);
+  const auto& o = ball.pose().orientation();
+  const Eigen::Vector3d x =
+      Eigen::Quaterniond(o.w(), o.x(), o.y(), o.z()) * Eigen::Vector3d::UnitX();
+  EXPECT_NEAR(std::abs(x.dot(R.col(0))), 1.0, 1e-9);
+  EXPECT_EQ(entity.texts(0).text(), "±3.0 mm");
 }
 
 TEST(PlannerNode, ReportsABlockedGoalAndHoldsStill) {

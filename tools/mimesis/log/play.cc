@@ -17,15 +17,15 @@
 #include <thread>
 
 #include "common/runtime/log.h"
-#include "common/runtime/node_clock.h"
 #include "common/runtime/ports.h"
-#include "common/runtime/raw.h"
 #include "common/runtime/service_manager.h"
 #include "common/runtime/stop_signal.h"
 #include "common/runtime/zmq_bus.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/log/play_marks.h"
+#include "tools/mimesis/log/play_output.h"
 #include "tools/mimesis/log/play_parts.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/restore.h"
@@ -51,104 +51,13 @@ struct PlayOptions {
   bool paused = false;          ///< at the start
   bool stay = false;            ///< at the end: paused, or a silent member of the lock-step
   bool no_keys = false;         ///< leave the keyboard alone
+  bool as_recorded = false;     ///< references are not computed again
   bool clock = false;           ///< also drive the graph's simulated clock
   bool lockstep = false;        ///< take part in a lock-step graph
   bool json = false;
 };
 
 constexpr double kSlowestPlay = 1e-3, kFastestPlay = 1e3;  // bounds of the rate [1]
-
-/// A log time on the runtime's scale, limited to half its range.
-Time play_time(std::uint64_t ns) {
-  constexpr auto kEnd = static_cast<std::uint64_t>(std::numeric_limits<Time::rep>::max() / 2);
-  return Time(static_cast<Time::rep>(std::min(ns, kEnd)));
-}
-
-using RawOuts = std::map<const PlayedTopic*, std::unique_ptr<runtime::RawOut>>;
-
-RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
-  RawOuts outs;
-  for (const PlayedTopic& topic : topics) {
-    outs[&topic] =
-        bus.advertise_raw(topic.topic, topic.type, topic.descriptors, {.latched = topic.latched});
-  }
-  return outs;
-}
-
-/// @throws ConfigError if a node that is there takes a played topic from another node alone, as a
-/// bridge its commands: it would refuse ours.
-void demand_ears(const runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
-  for (const v1::NodeInfo& node : bus.known_nodes()) {
-    for (const v1::TopicInfo& input : node.inputs()) {
-      if (input.obeys().empty() || input.obeys() == bus.node() ||
-          std::ranges::find(topics, input.topic(), &PlayedTopic::topic) == topics.end())
-        continue;
-      throw ConfigError(fmt::format(
-          "node {0} takes {1} from node {2} alone: --name {2} plays in its place, --exclude {1} "
-          "leaves the topic out",
-          node.name(), input.topic(), input.obeys()));
-    }
-  }
-}
-
-/// The player's side of the graph: its topics and, if it drives it, the graph's clock.
-class PlayOutput {
- public:
-  PlayOutput(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics, bool clock)
-      : bus_(bus), outs_(advertise(bus, topics)) {
-    if (!clock) return;
-    clock_ = std::make_unique<runtime::Out<v1::ClockTime>>(bus, kPort,
-                                                           runtime::OutOptions{.latched = true});
-  }
-  static runtime::BusOptions bus_options(const std::string& name, bool clock) {
-    runtime::BusOptions options;
-    options.name = name;
-    if (clock) options.out.emplace(kPort, "clock/time");
-    return options;
-  }
-
-  /// A subscriber of one of the topics is not connected yet.
-  bool awaits_subscribers() const {
-    for (const v1::NodeInfo& node : bus_.known_nodes()) {
-      for (const v1::TopicInfo& input : node.inputs()) {
-        for (const auto& [topic, out] : outs_) {
-          if (topic->topic == input.topic() && out->subscribers() == 0) return true;
-        }
-      }
-    }
-    return false;
-  }
-  void send(const Played& message) {
-    // Subscribers compare the stamp with their own clock: it is the recorded one if the player
-    // drives that clock, else now less the age that the message had when it was recorded.
-    const Time sent = play_time(message.publish_time_ns);
-    const Time stamp = clock_ ? sent : wall() - (play_time(message.log_time_ns) - sent);
-    outs_[message.topic]->send_raw(message.payload, stamp);
-    bytes_ += message.payload.size();
-  }
-  /// `factor`: simulated seconds per second; 0: time stands still.
-  void tell_clock(Time log_time, double factor) {
-    if (!clock_) return;
-    // Nodes hold on to the last factor above 0; repeated every 50 ms, this one moves time by 50 ns.
-    constexpr double kStanding = 1e-6;
-    v1::ClockTime message;
-    message.set_time_ns(static_cast<std::uint64_t>(log_time.count()));
-    message.set_wall_ns(static_cast<std::uint64_t>(wall().count()));
-    message.set_factor(factor > 0.0 ? factor : kStanding);
-    clock_->send(message, log_time);
-  }
-  bool clock() const { return clock_ != nullptr; }
-  std::uint64_t bytes() const { return bytes_; }  ///< size of the payloads sent
-
- private:
-  static constexpr std::string_view kPort = "time";
-  Time wall() const { return bus_.time().now(); }
-
-  runtime::ZmqBus& bus_;
-  RawOuts outs_;
-  std::unique_ptr<runtime::Out<v1::ClockTime>> clock_;
-  std::uint64_t bytes_ = 0;
-};
 
 /// Plays on the wall clock; steered by services (proto/player.proto), keys and signals. Late or
 /// slow subscribers do not change the played messages: the player waits for reliable ones, and
@@ -162,7 +71,8 @@ class PacedPlayer {
         bus_(PlayOutput::bus_options(options.name, options.clock)),
         output_(bus_, playback.topics(), options.clock),
         timeline_(options.rate),
-        paused_(options.paused) {
+        paused_(options.paused),
+        marks_(playback) {
     constexpr unsigned long kTimerSlack_ns = 1000;  // how late the kernel may wake us
     MIMESIS_ASSERT(bell_.open());
     ahead_.set_rate(options.rate);
@@ -474,11 +384,12 @@ class PacedPlayer {
     }
   }
 
-  /// `act(request)` does it; the answer is the status after it.
-  template <class Request>
-  void serve(std::string_view name, std::function<void(const Request&)> act) {
-    bus_.serve(name, Request::default_instance(), v1::PlayerStatus::default_instance(),
-               [this, act](const std::string& bytes) -> tl::expected<std::string, Status> {
+  /// `act(request)` does it; then `answer` answers.
+  template <class Request, class Answer = v1::PlayerStatus>
+  void serve(std::string_view name, std::function<void(const Request&)> act,
+             Answer (PacedPlayer::*answer)() = &PacedPlayer::status) {
+    bus_.serve(name, Request::default_instance(), Answer::default_instance(),
+               [this, act, answer](const std::string& bytes) -> tl::expected<std::string, Status> {
                  Request request;
                  if (!request.ParseFromString(bytes)) {
                    return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
@@ -489,7 +400,7 @@ class PacedPlayer {
                  } catch (const Refusal& refusal) {
                    return tl::unexpected(Status{refusal.why});
                  }
-                 return status().SerializeAsString();
+                 return (this->*answer)().SerializeAsString();
                });
   }
 
@@ -500,7 +411,11 @@ class PacedPlayer {
     serve<v1::PlayerSeek>("seek", [this](const auto& request) { seek(request); });
     serve<v1::PlayerRate>("rate", [this](const auto& request) { set_rate(request.rate()); });
     serve<v1::PlayerAsk>("status", [](const auto&) {});
+    serve<v1::PlayerAsk>(
+        "marks", [](const auto&) {}, &PacedPlayer::marks);
   }
+
+  v1::PlayerMarks marks() { return marks_.found(); }
 
   v1::PlayerStatus status() {
     v1::PlayerStatus s;
@@ -567,6 +482,7 @@ class PacedPlayer {
   PlayLateness lateness_;
 
   bool paused_, quit_ = false, given_up_ = false;
+  PlayMarks marks_;
   bool holding_ = true;                 ///< time stands in any case: subscribers are not there yet
   std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
   std::string last_topic_;
@@ -629,7 +545,8 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
 int log_play(PlayOptions& options) {
   options.playback.filter = filter_of(options.topics);
   options.playback.remap = PlayRemap(options.remaps);
-  Playback playback(open_whole_logs(options.files), options.playback);
+  Playback playback(options.as_recorded ? open_logs(options.files) : open_whole_logs(options.files),
+                    options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   return options.lockstep ? play_in_lockstep(options, playback)
                           : PacedPlayer(options, playback).run();
@@ -682,6 +599,8 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
       ->check(number_above_zero);
   play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
   play.add_flag("--no-keys", o.no_keys, "Ignore the keyboard");
+  play.add_flag("--as-recorded", o.as_recorded,
+                "Images that the log holds as references are not computed again");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
 
@@ -690,7 +609,7 @@ constexpr const char* kPlayFooter =
     "last value before the start. clock/time is not played.\n"
     "Keys: space pauses, s steps, left and right seek by 5 s (right while paused: step),\n"
     "      up and down change the rate by 10 %, q quits.\n"
-    "Services: NAME/pause, resume, step, seek, rate, status (proto/player.proto).\n"
+    "Services: NAME/pause, resume, step, seek, rate, status, marks (proto/player.proto).\n"
     "Messages leave at their recorded times. Slow reliable subscribers are waited for, and "
     "recorded\n"
     "time stands meanwhile; all others get the newest.\n"

@@ -187,6 +187,11 @@ class Playback {
     return false;
   }
 
+  /// Reads other messages beside those that are played; for any thread.
+  std::unique_ptr<log::MergedReader> reader(const log::Selection& selection) const {
+    return std::make_unique<log::MergedReader>(merged(logs_, selection));
+  }
+
   /// Prints lines on standard error for parts that could not be read so far; returns their number.
   std::uint64_t report_damages() {
     keep_damages();
@@ -250,7 +255,7 @@ class Playback {
   /// Reads these from now on.
   void select(const log::Selection& selection) {
     keep_damages();
-    reader_ = std::make_unique<log::MergedReader>(merged(logs_, selection));
+    reader_ = reader(selection);
   }
   /// Damage that the reader met becomes that of its log, once.
   void keep_damages() {

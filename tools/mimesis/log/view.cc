@@ -27,7 +27,7 @@ namespace {
 
 /// The layers to draw.
 struct ViewLayers {
-  bool robot = false, fields = false, roadmap = false, table = false;
+  bool fields = false, roadmap = false, table = false;
   bool all = false;  ///< all drawings that the log has the topics for
 };
 
@@ -86,22 +86,6 @@ v1::NodeStart planner_of(const Setups& setups) {
   return {};
 }
 
-/// The model file of the robot that `start` names; none: nullopt.
-std::optional<std::string> robot_in(const v1::NodeStart& start) {
-  const runtime::Yaml all = parameters_of(start);
-  const runtime::Yaml* robot = all.find("robot");
-  return robot == nullptr ? std::nullopt : std::optional(robot->text);
-}
-
-/// The arm that `node` moves: its parameter `robot`, else the planner's.
-kin::ArmModel arm_of(const Setups& setups, const std::string& node) {
-  constexpr const char* kDefaultRobot = "lwr4.yaml";  // the planner's default
-  std::optional<std::string> file;
-  if (const auto it = setups.find(node); it != setups.end()) file = robot_in(it->second);
-  if (!file) file = robot_in(planner_of(setups));
-  return model::load_arm(file.value_or(kDefaultRobot));
-}
-
 /// The calibrated view of the camera that publishes `image`: a parameter `view` of a node that
 /// takes these images, else of the one that makes them.
 std::optional<image::View> view_of(const Setups& setups, const SeenTopic& image) {
@@ -114,22 +98,14 @@ std::optional<image::View> view_of(const Setups& setups, const SeenTopic& image)
   return maker == setups.end() ? std::nullopt : view_in(maker->second);
 }
 
-/// Several nodes may publish the same type; the bridge is the one that speaks for the robot.
-std::optional<SeenTopic> source_of(const std::vector<OpenLog>& logs,
-                                   const google::protobuf::Descriptor& type) {
-  const bool hand = &type == v1::HandState::descriptor();
-  return topic_of(logs, type.full_name(), hand ? "bridge/hand" : "bridge/arm");
-}
-
 /// @throws VerbEnd if a layer cannot be drawn: the log lacks its topic.
 void require_topics(const ViewLayers& layers, const std::vector<OpenLog>& logs) {
   using Layer = std::tuple<const char*, bool, const google::protobuf::Descriptor*>;
   for (const auto& [option, asked, type] :
-       {Layer{"--robot", layers.robot, v1::JointState::descriptor()},
-        {"--fields", layers.fields, v1::FieldActivity::descriptor()},
+       {Layer{"--fields", layers.fields, v1::FieldActivity::descriptor()},
         {"--roadmap", layers.roadmap, v1::Scene::descriptor()},
         {"--table", layers.table, v1::Scene::descriptor()}}) {
-    if (!asked || source_of(logs, *type)) continue;
+    if (!asked || topic_of(logs, type->full_name())) continue;
     throw VerbEnd{fmt::format("{}: no topic of type {} in the log", option, type->full_name()), 3};
   }
 }
@@ -145,13 +121,7 @@ class LayerPainter {
     if (const auto image = topic_of(logs, "foxglove.RawImage", "camera/image")) {
       camera_ = view_of(setups, *image);
     }
-    if (wanted<v1::JointState>(layers.robot)) {
-      const auto arm = source_of(logs, *v1::JointState::descriptor());
-      const auto view = std::make_shared<RobotView>(arm_of(setups, arm->node));
-      follow<v1::JointState>(view);
-      follow<v1::HandState>(view);
-    }
-    if (wanted<v1::Scene>(layers.roadmap)) add_roadmap(planner_of(setups), arm_of(setups, ""));
+    if (wanted<v1::Scene>(layers.roadmap)) add_roadmap(planner_of(setups));
     if (wanted<v1::FieldActivity>(layers.fields)) {
       follow<v1::FieldActivity>([](const v1::FieldActivity& fields, const Draw& draw) {
         draw("view/fields", to_board(fields), std::chrono::nanoseconds(fields.header().stamp_ns()));
@@ -160,8 +130,10 @@ class LayerPainter {
     }
     if (wanted<v1::Scene>(layers.table)) {
       follow<v1::Scene>([](const v1::Scene& scene, const Draw& draw) {
+        const kin::Table table = model::from_proto(scene);
+        if (!finite(table)) return false;
         const std::chrono::nanoseconds stamp(scene.header().stamp_ns());
-        draw("view/table", model::to_table(model::from_proto(scene), stamp), stamp);
+        draw("view/table", model::to_table(table, stamp), stamp);
         return true;
       });
     }
@@ -177,16 +149,17 @@ class LayerPainter {
   /// Passes over messages of other topics.
   void see(const log::MergedReader::Item& item, const Draw& draw) {
     const auto [first, last] = painters_.equal_range(item.channel->topic);
-    for (auto painter = first; painter != last; ++painter) {
-      if (!painter->second(item.message->data, draw)) ++failed_[item.channel->topic];
-    }
+    bool drawn = true;
+    for (auto painter = first; painter != last; ++painter)
+      drawn &= painter->second(item.message->data, draw);
+    if (!drawn) ++failed_[item.channel->topic];
   }
   /// One line per topic with messages that could not be drawn: cut off, or not of this robot.
   std::vector<std::string> problems() const {
     std::vector<std::string> lines;
     for (const auto& [topic, count] : failed_) {
-      lines.push_back(fmt::format("{}: {} messages cannot be drawn: damaged, or of another robot",
-                                  topic, count));
+      lines.push_back(
+          fmt::format("{}: {} messages cannot be drawn: damaged, or not finite", topic, count));
     }
     return lines;
   }
@@ -195,11 +168,11 @@ class LayerPainter {
   /// The layer drawn from messages T is asked for, by itself or among all that the log has.
   template <class T>
   bool wanted(bool asked) const {
-    return (asked || layers_.all) && source_of(logs_, *T::descriptor());
+    return (asked || layers_.all) && topic_of(logs_, T::descriptor()->full_name());
   }
   /// The program mimesis_roadmap plans as the planner did (nodes/planner/drawing).
   /// @throws ConfigError if it is asked for and not there, or does not know these parameters
-  void add_roadmap(const v1::NodeStart& planner, kin::ArmModel arm) {
+  void add_roadmap(const v1::NodeStart& planner) {
     constexpr const char* kName = "mimesis_roadmap";
     constexpr double kLongest_s = 600.0;  // for one roadmap
     if (launch::find_executable(kName).empty()) {
@@ -225,13 +198,12 @@ class LayerPainter {
       follow<v1::Scene>(view);
       follow<v1::TaskStatus>(view);
     }
-    follow<v1::Trajectory>(std::make_shared<PathView>(std::move(arm)));
   }
   /// Calls `see(message, draw)` for messages on the topic of type T, if there is one; it returns
   /// false if the message could not be drawn.
   template <class T>
   void follow(std::function<bool(const T&, const Draw&)> see) {
-    const auto source = source_of(logs_, *T::descriptor());
+    const auto source = topic_of(logs_, T::descriptor()->full_name());
     if (!source) return;
     painters_.emplace(source->topic, [see](std::string_view payload, const Draw& draw) {
       T message;
@@ -311,13 +283,11 @@ int log_view(const ViewOptions& options) {
 
 void add_view(CLI::App& verb, int& exit_code) {
   CLI::App* view = verb.add_subcommand(
-      "view", "Writes a log for viewers: robot, fields, roadmap in 3-D beside the messages");
+      "view", "Writes a log for viewers: fields, roadmap, table in 3-D beside the messages");
   auto o = std::make_shared<ViewOptions>();
   add_input_output(*view, o->inputs, o->output);
-  view->add_flag("--robot", o->layers.robot, "Arm and hand, at their recorded states");
   view->add_flag("--fields", o->layers.fields, "Activity of the neural fields, on a board");
-  view->add_flag("--roadmap", o->layers.roadmap,
-                 "The planner's roadmap, and the path of the hand in its motions");
+  view->add_flag("--roadmap", o->layers.roadmap, "The planner's roadmap");
   view->add_flag("--table", o->layers.table, "The table as the planner knows it");
   view->add_flag("--all", o->layers.all, "All of these for which the log has topics");
   add_output_options(*view, o->output);

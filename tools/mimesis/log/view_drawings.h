@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "common/image/pinhole.h"
-#include "common/kin/arm.h"
 #include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/viewer.h"
-#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/foxglove/scene.pb.h"
@@ -27,47 +25,6 @@ namespace mimesis::tool {
 /// Takes a message for a topic of the log that is being written, stamped with the time it shows.
 using Draw = std::function<void(const std::string& topic, const google::protobuf::Message& message,
                                 std::chrono::nanoseconds stamp)>;
-
-/// Draws the arm and its hand at their recorded states: shapes on view/robot, poses on
-/// view/robot_frames at 25 Hz. Every message on view/robot is whole, so that a viewer may seek.
-class RobotView {
- public:
-  explicit RobotView(kin::ArmModel arm) : arm_(std::move(arm)) {}
-
-  /// False: the state is not finite, or of an arm with another number of joints.
-  bool see(const v1::JointState& state, const Draw& draw) {
-    if (state.position_rad_size() != arm_.dof()) return false;
-    const auto q = Eigen::VectorXd::Map(state.position_rad().data(), arm_.dof());
-    if (!q.allFinite()) return false;
-    const std::chrono::nanoseconds stamp(state.header().stamp_ns());
-    if (due_ && stamp < *due_) return true;
-    due_ = stamp + kPosePeriod;
-    if (!closure_) {
-      closure_ = 0.0;
-      draw("view/robot", model::to_robot(arm_, *closure_, stamp), stamp);
-    }
-    kin::forward(arm_, q, X_);
-    draw("view/robot_frames", model::to_robot_frames(arm_, X_, stamp), stamp);
-    return true;
-  }
-  bool see(const v1::HandState& state, const Draw& draw) {
-    if (!std::isfinite(state.closure())) return false;
-    if (closure_ && std::abs(state.closure() - *closure_) < kVisible) return true;
-    closure_ = state.closure();
-    const std::chrono::nanoseconds stamp(state.header().stamp_ns());
-    draw("view/robot", model::to_robot(arm_, *closure_, stamp), stamp);
-    return true;
-  }
-
- private:
-  static constexpr std::chrono::milliseconds kPosePeriod{40};
-  static constexpr double kVisible = 0.01;  ///< change of the hand's closure that is drawn [1]
-
-  kin::ArmModel arm_;
-  std::vector<Eigen::Isometry3d> X_;
-  std::optional<std::chrono::nanoseconds> due_;  ///< time of the next poses; empty before the first
-  std::optional<double> closure_;                ///< closure drawn last
-};
 
 /// The camera's calibration in frame "camera".
 inline foxglove::CameraCalibration to_calibration(const image::View& view,
@@ -108,8 +65,7 @@ inline foxglove::FrameTransforms to_camera_frames(const image::View& view,
 
 namespace color {
 constexpr model::Rgba kRest{0.25, 0.45, 0.9, 1.0}, kZero{0.55, 0.55, 0.55, 1.0},
-    kActive{1.0, 0.55, 0.1, 1.0}, kText{0.95, 0.95, 0.95, 1.0}, kBack{0.1, 0.11, 0.13, 1.0},
-    kEmpty{0.1, 0.75, 0.95, 1.0}, kHolding{0.95, 0.25, 0.85, 1.0};
+    kActive{1.0, 0.55, 0.1, 1.0}, kText{0.95, 0.95, 0.95, 1.0}, kBack{0.1, 0.11, 0.13, 1.0};
 }  // namespace color
 
 /// Colour of a point of activity u: blue at rest, grey at 0, orange when active.
@@ -159,6 +115,19 @@ inline foxglove::SceneUpdate to_board(const v1::FieldActivity& fields) {
   return update;
 }
 
+inline bool finite(const Eigen::Vector3d& p, double size) {
+  return p.allFinite() && std::isfinite(size);
+}
+
+inline bool finite(const kin::Table& table) {
+  bool all = finite(table.bridge_center, table.bridge_height + table.bridge_half_width) &&
+             finite(table.object, table.object_height + table.object_radius);
+  for (const auto& ball : table.balls) all &= finite(ball.center, ball.radius);
+  for (const auto& box : table.boxes) all &= finite(box.center, box.half_extent.sum());
+  for (const auto& goal : table.goals) all &= finite(goal.position, goal.radius);
+  return all;
+}
+
 /// Draws the planner's knowledge on view/roadmap: its roadmap when the scene is first seen, and for
 /// every plan that finds a scene or a decision changed.
 class RoadmapView {
@@ -184,18 +153,6 @@ class RoadmapView {
   }
 
  private:
-  static bool finite(const Eigen::Vector3d& p, double size) {
-    return p.allFinite() && std::isfinite(size);
-  }
-
-  static bool finite(const kin::Table& table) {
-    bool all = finite(table.bridge_center, table.bridge_height + table.bridge_half_width) &&
-               finite(table.object, table.object_height + table.object_radius);
-    for (const auto& ball : table.balls) all &= finite(ball.center, ball.radius);
-    for (const auto& box : table.boxes) all &= finite(box.center, box.half_extent.sum());
-    for (const auto& goal : table.goals) all &= finite(goal.position, goal.radius);
-    return all;
-  }
   void draw_roadmap(std::uint64_t stamp_ns, const Draw& draw) {
     if (!scene_) return;
     v1::Scene without_time = *scene_;
@@ -213,61 +170,6 @@ class RoadmapView {
   std::optional<v1::Scene> scene_;  ///< the last one
   v1::Transport decided_ = v1::TRANSPORT_UNSPECIFIED;
   std::pair<std::string, v1::Transport> shown_;  ///< scene without its header, decision
-};
-
-/// Draws the path of the hand in all motions of the plan so far on view/path, with the hand's pose
-/// at grasp and release.
-class PathView {
- public:
-  explicit PathView(kin::ArmModel arm) : arm_(std::move(arm)) {}
-
-  /// False: not a motion of this arm.
-  bool see(const v1::Trajectory& motion, const Draw& draw) {
-    Motion way{motion.phase(), {}};
-    for (const v1::TrajectoryPoint& point : motion.points()) {
-      if (point.position_rad_size() != arm_.dof()) return false;
-      const auto q = Eigen::VectorXd::Map(point.position_rad().data(), arm_.dof());
-      if (!q.allFinite()) return false;
-      way.X_WE.push_back(kin::end_effector(arm_, q));
-    }
-    if (way.X_WE.empty()) return false;
-    const bool new_plan = motion.phase() == v1::TASK_PHASE_REACH ||
-                          (!motions_.empty() && motion.phase() < motions_.back().phase);
-    if (new_plan) motions_.clear();
-    motions_.push_back(std::move(way));
-
-    const std::chrono::nanoseconds stamp(motion.header().stamp_ns());
-    foxglove::SceneUpdate update;
-    foxglove::SceneEntity& entity = model::add_entity(update, "path", "world", stamp);
-    for (const Motion& m : motions_) {
-      draw_way(entity, m.X_WE,
-               m.phase == v1::TASK_PHASE_TRANSPORT ? color::kHolding : color::kEmpty);
-      if (m.phase == v1::TASK_PHASE_APPROACH) draw_hand_pose(entity, m.X_WE.back(), "grasp");
-      if (m.phase == v1::TASK_PHASE_RETREAT) draw_hand_pose(entity, m.X_WE.front(), "release");
-    }
-    draw("view/path", update, stamp);
-    return true;
-  }
-
- private:
-  struct Motion {
-    v1::TaskPhase phase;
-    std::vector<Eigen::Isometry3d> X_WE;
-  };
-  static void draw_way(foxglove::SceneEntity& entity, const std::vector<Eigen::Isometry3d>& X_WE,
-                       const model::Rgba& color) {
-    auto& line = model::add_line(entity, foxglove::LinePrimitive::LINE_STRIP, 6.0, color);
-    for (const auto& X : X_WE) model::add_point(line, X.translation());
-  }
-  static void draw_hand_pose(foxglove::SceneEntity& entity, const Eigen::Isometry3d& X_WE,
-                             const std::string& name) {
-    model::add_axes(entity, X_WE, 0.06);
-    model::add_label(entity, X_WE.translation() + Eigen::Vector3d(0.0, 0.0, 0.08), 0.03, name,
-                     color::kText);
-  }
-
-  kin::ArmModel arm_;
-  std::vector<Motion> motions_;  ///< motions of the plan
 };
 
 }  // namespace mimesis::tool

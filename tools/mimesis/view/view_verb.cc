@@ -27,6 +27,7 @@ struct Options : tool::GraphOptions {
   ServerOptions server;
   double rate = 1.0;
   bool paused = false;
+  bool images = false;
 };
 
 std::string new_key() {
@@ -42,6 +43,7 @@ class Player {
         {launch::find_executable("mimesis"), "log", "play", "--stay", "--all-topics", "--no-keys",
          "--paused", "--rate", fmt::format("{}", options.rate)},
         {{"MIMESIS_GRAPH", graph_}}};
+    if (!options.images) command.argv.push_back("--as-recorded");
     command.argv.insert(command.argv.end(), options.film.logs.begin(), options.film.logs.end());
     process_.emplace(command);
   }
@@ -133,6 +135,8 @@ void add_view(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0.001, 1000.0))
       ->capture_default_str();
   verb->add_flag("--paused", o->paused, "Of a log: begin at rest");
+  verb->add_flag("--images", o->images,
+                 "Of a log: first compute the images again that it holds as references");
   view::FilmOptions& f = o->film;
   auto* film = verb->add_option("--film", f.film, "Write a film of a log's scene: mp4, webm, gif");
   auto* png = verb->add_option("--png", f.png, "Write a picture of a log's scene");
@@ -145,8 +149,9 @@ void add_view(CLI::App& program, int& exit_code) {
   verb->add_option("--fps", f.rate_hz, "Pictures a second of the film")
       ->check(CLI::Range(1.0, 120.0))
       ->capture_default_str();
-  verb->add_option("--camera", f.camera,
-                   "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: all there is)")
+  verb->add_option(
+          "--camera", f.camera,
+          "Eye and what it looks at, as X,Y,Z,X,Y,Z [m] (default: of the layout that fits)")
       ->check([](const std::string& text) {
         std::istringstream in(text + ',');
         double value = 0.0;

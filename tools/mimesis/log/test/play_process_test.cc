@@ -11,6 +11,7 @@
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
+#include "proto/foxglove/log.pb.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
 
@@ -47,6 +48,20 @@ class LogFile {
     const auto ns = [](double s) { return kBase + static_cast<std::uint64_t>(s * 1e9); };
     ASSERT_TRUE(writer_.write({channels_[topic], seq, ns(time_s), ns(published_s.value_or(time_s)),
                                m.SerializeAsString()}));
+  }
+  /// A line of the sender.
+  void say(double time_s, foxglove::Log::Level level, const std::string& text) {
+    const auto& type = *foxglove::Log::descriptor();
+    const auto schema =
+        *writer_.add_schema(type.full_name(), "protobuf", runtime::descriptor_set(type));
+    const auto channel =
+        *writer_.add_channel(schema, "sender/log", "protobuf", {{"node", "sender"}});
+    foxglove::Log line;
+    line.set_level(level);
+    line.set_name("sender");
+    line.set_message(text);
+    const std::uint64_t ns = kBase + static_cast<std::uint64_t>(time_s * 1e9);
+    ASSERT_TRUE(writer_.write({channel, 1, ns, ns, line.SerializeAsString()}));
   }
   void close() { ASSERT_TRUE(writer_.finish()); }
 
@@ -189,6 +204,29 @@ TEST_F(LogPlay, StepsSeeksAndRunsOnAsItIsTold) {
   const auto report = nlohmann::json::parse(player->output());
   EXPECT_EQ(report["messages"], 17);
   EXPECT_EQ(report["missed"], 0);
+}
+
+TEST_F(LogPlay, ItsTimeLineHasTheLinesThatNodesLogged) {
+  {
+    LogFile log(file_);
+    log.put("sender/count", false, 1, 0.0);
+    log.say(1.5, foxglove::Log::INFO, "begins");
+    log.say(200.0, foxglove::Log::WARNING, "is late");
+    log.put("sender/count", false, 2, 900.0);
+    log.close();
+  }
+  Listener listener(graph_);
+  const auto player = play_to(listener.node, {"--paused"});
+  v1::PlayerMarks marks;
+  ASSERT_TRUE(listener.node.until([&] {
+    const auto answer = listener.node.bus().call("player/marks", "", kPatience);
+    return answer && marks.ParseFromString(*answer) && marks.whole();
+  }));
+  ASSERT_EQ(marks.marks_size(), 2);
+  EXPECT_EQ(marks.marks(0).text(), "begins");
+  EXPECT_EQ(marks.marks(1).position_s(), 200.0);
+  EXPECT_EQ(marks.marks(1).level(), 3U);
+  EXPECT_EQ(marks.marks(1).node(), "sender");
 }
 
 TEST_F(LogPlay, ARunningPlayerPausesWhereItIs) {

@@ -111,13 +111,10 @@ TEST_F(LogView, KeepsEveryMessageAndPutsDrawingsBesideThem) {
   EXPECT_EQ(drawn, (std::map<std::string, int>{{"view/camera", 1},
                                                {"view/camera_frames", 1},
                                                {"view/fields", 10},
-                                               {"view/path", 1},
                                                {"view/roadmap", 2},
-                                               {"view/robot", 10},
-                                               {"view/robot_frames", 25},
                                                {"view/table", 1}}));
   EXPECT_EQ(report_["drawn"], nlohmann::json(drawn));
-  EXPECT_EQ(report_["messages"], before.size() + 51);
+  EXPECT_EQ(report_["messages"], before.size() + 15);
   EXPECT_EQ(report_["attachments"], 1);
   EXPECT_EQ(report_["metadata"], 1);
 }
@@ -156,16 +153,16 @@ TEST_F(LogView, GivesTheSameBytesForTheSameLog) {
 
 TEST_F(LogView, SaysWhatItCannotDo) {
   RobotLog log(in_);
-  v1::JointState other;
-  other.add_position_rad(0.1);
-  log.stamped("bridge", "arm", other, 1);
+  v1::Scene other;
+  other.mutable_object()->mutable_position_in_world_m()->set_x_m(NAN);
+  log.stamped("world", "scene", other, 1);
   log.finish();
   EXPECT_EQ(view({in_, "-o", out_, "--fields"}), 3);
   EXPECT_EQ(errors_, "--fields: no topic of type mimesis.v1.FieldActivity in the log\n");
   EXPECT_FALSE(fs::exists(out_));
 
   ASSERT_EQ(view({in_, "-o", out_, "--all"}), 0) << errors_;  // nothing to draw: a copy
-  EXPECT_NE(errors_.find("bridge/arm: 1 messages cannot be drawn"), std::string::npos) << errors_;
+  EXPECT_NE(errors_.find("world/scene: 1 messages cannot be drawn"), std::string::npos) << errors_;
   EXPECT_EQ(report_["drawn"], nlohmann::json::object());
   EXPECT_EQ(report_["messages"], 1);
 

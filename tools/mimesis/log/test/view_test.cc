@@ -10,8 +10,6 @@
 namespace mimesis::tool {
 namespace {
 
-using std::chrono::milliseconds;
-
 const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
 
 Eigen::Vector3d vector(const foxglove::Point3& p) { return {p.x(), p.y(), p.z()}; }
@@ -33,45 +31,6 @@ struct Sheet {
     return messages.contains(topic) ? messages.at(topic).size() : 0;
   }
 };
-
-v1::JointState arm_state(const Eigen::VectorXd& q, std::chrono::nanoseconds stamp) {
-  v1::JointState state;
-  state.mutable_header()->set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
-  state.mutable_position_rad()->Assign(q.begin(), q.end());
-  return state;
-}
-
-TEST(ViewRobot, MovesAt25HzAndIsDrawnAnewWhenTheHandMoves) {
-  const kin::ArmModel arm = model::load_arm(kModels + "lwr4.yaml");
-  RobotView view(arm);
-  Sheet sheet;
-  for (int i = 0; i < 200; ++i) {  // 1 s at 200 Hz
-    EXPECT_TRUE(view.see(arm_state(arm.home, milliseconds(5 * i)), sheet.draw));
-  }
-  EXPECT_EQ(sheet.count("view/robot_frames"), 25u);
-  EXPECT_EQ(sheet.count("view/robot"), 1u);
-  v1::HandState hand;
-  for (int i = 0; i <= 100; ++i) {  // a change below the visible one, then one in all
-    hand.set_closure(i < 100 ? 0.005 : 0.7);
-    EXPECT_TRUE(view.see(hand, sheet.draw));
-  }
-  EXPECT_EQ(sheet.count("view/robot"), 2u);
-  const auto frames = sheet.last<foxglove::FrameTransforms>("view/robot_frames");
-  const Eigen::Vector3d p_WE = kin::end_effector(arm, arm.home).translation();
-  EXPECT_DOUBLE_EQ(frames.transforms(8).translation().x(), p_WE.x());
-  EXPECT_EQ(frames.transforms(8).timestamp().nanos(), 960'000'000);
-}
-
-TEST(ViewRobot, RefusesStatesOfOtherArms) {
-  RobotView view(model::load_arm(kModels + "lwr4.yaml"));
-  Sheet sheet;
-  EXPECT_FALSE(view.see(arm_state(Eigen::VectorXd::Zero(6), {}), sheet.draw));
-  EXPECT_FALSE(view.see(arm_state(Eigen::VectorXd::Constant(7, NAN), {}), sheet.draw));
-  v1::HandState hand;
-  hand.set_closure(INFINITY);
-  EXPECT_FALSE(view.see(hand, sheet.draw));
-  EXPECT_TRUE(sheet.messages.empty());
-}
 
 TEST(ViewFields, CurvesHaveTheHeightOfTheActivityAboveTheirLine) {
   v1::FieldActivity activity;
@@ -131,29 +90,14 @@ TEST(ViewCamera, FramesAndCalibrationProjectAsThePinholeDoes) {
   EXPECT_NEAR(X_WT.linear().determinant(), 1.0, 1e-12);
 }
 
-class ViewPlan : public ::testing::Test {
- protected:
-  v1::Trajectory motion(v1::TaskPhase phase, const Eigen::VectorXd& from,
-                        const Eigen::VectorXd& to) const {
-    v1::Trajectory trajectory;
-    trajectory.set_phase(phase);
-    for (const auto& q : {from, to}) {
-      trajectory.add_points()->mutable_position_rad()->Assign(q.begin(), q.end());
-    }
-    return trajectory;
-  }
-  const kin::ArmModel arm_ = model::load_arm(kModels + "lwr4.yaml");
-  const kin::Table table_ = model::load_table(kModels + "bridge_table.yaml");
-};
-
-TEST_F(ViewPlan, TheRoadmapIsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
+TEST(ViewPlan, TheRoadmapIsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
   std::vector<v1::Transport> decisions;
   RoadmapView view([&](const v1::Scene&, const v1::TaskStatus& status) {
     decisions.push_back(status.transport());
     return foxglove::SceneUpdate();
   });
   Sheet sheet;
-  v1::Scene scene = model::to_proto(table_);
+  v1::Scene scene = model::to_proto(model::load_table(kModels + "bridge_table.yaml"));
   EXPECT_TRUE(view.see(scene, sheet.draw));
   EXPECT_EQ(sheet.count("view/roadmap"), 1u);
   scene.mutable_header()->set_stamp_ns(5);
@@ -176,37 +120,6 @@ TEST_F(ViewPlan, TheRoadmapIsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
   EXPECT_EQ(sheet.count("view/roadmap"), 3u);
   EXPECT_EQ(decisions,
             (std::vector{v1::TRANSPORT_UNSPECIFIED, v1::TRANSPORT_ABOVE, v1::TRANSPORT_ABOVE}));
-}
-
-TEST_F(ViewPlan, ThePathGrowsMotionByMotionAndBeginsAnewWithAPlan) {
-  PathView view(arm_);
-  Sheet sheet;
-  Eigen::VectorXd grasp = arm_.home, place = arm_.home;
-  grasp[0] += 0.5;
-  place[0] += 1.0;
-  const auto path = [&] { return sheet.last<foxglove::SceneUpdate>("view/path").entities(0); };
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_REACH, arm_.home, grasp), sheet.draw));
-  EXPECT_EQ(path().lines_size(), 1);
-  EXPECT_EQ(path().texts_size(), 0);
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_APPROACH, arm_.home, grasp), sheet.draw));
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_TRANSPORT, grasp, place), sheet.draw));
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_RETREAT, place, arm_.home), sheet.draw));
-  const auto whole = path();
-  EXPECT_EQ(whole.lines_size(), 4);
-  ASSERT_EQ(whole.texts_size(), 2);
-  const Eigen::Vector3d p_WE = kin::end_effector(arm_, grasp).translation();
-  EXPECT_EQ(whole.texts(0).text(), "grasp");
-  EXPECT_NEAR(whole.texts(0).pose().position().x(), p_WE.x(), 1e-12);
-  EXPECT_LT((vector(whole.lines(2).points(0)) - p_WE).norm(), 1e-12);
-  EXPECT_EQ(whole.texts(1).text(), "release");
-  EXPECT_NEAR(whole.texts(1).pose().position().y(),
-              kin::end_effector(arm_, place).translation().y(), 1e-12);
-
-  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_REACH, arm_.home, grasp), sheet.draw));
-  EXPECT_EQ(path().lines_size(), 1);
-  EXPECT_FALSE(view.see(v1::Trajectory(), sheet.draw));
-  EXPECT_FALSE(view.see(motion(v1::TASK_PHASE_REACH, Eigen::VectorXd::Zero(2), grasp), sheet.draw));
-  EXPECT_EQ(path().lines_size(), 1);
 }
 
 }  // namespace

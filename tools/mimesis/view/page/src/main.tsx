@@ -3,6 +3,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Connection } from "./connection";
 import { Fields, Images, Log, Nodes, Parameters, Player, Plots } from "./panels";
 import { film } from "./film";
+import { choose, fitting, hidden, layout, LAYOUTS, tab } from "./layouts";
 import { Scene } from "./scene";
 import "uplot/dist/uPlot.min.css";
 import "./style.css";
@@ -25,47 +26,60 @@ function Stage() {
   }, []);
   const channels = connection.channels.value;
   useEffect(() => scene.current?.follow(connection), [channels]);
+  const drawn = [...channels.values()].filter((c) => c.schemaName === "foxglove.SceneUpdate").map((c) => c.topic).sort();
+  useEffect(() => scene.current?.hide(hidden.value), [hidden.value]);
+  useEffect(() => { if (layout.value?.camera.length) scene.current?.aim(layout.value.camera); }, [layout.value]);
+  const show = (topic: string, shown: boolean) => (hidden.value = shown ? hidden.value.filter((t) => t !== topic) : [...hidden.value, topic]);
   useEffect(() => { if (query.has("film") && scene.current) film(connection, scene.current, query); }, []);
   return (
     <section class="stage" aria-label="Scene">
       <canvas ref={canvas} tabIndex={0} aria-label="3-D scene: drag turns, wheel zooms, right button moves" />
       {error && <p>{error}</p>}
-      <button class="look" onClick={() => scene.current?.look()} title="f">Fit</button>
+      <div class="look">
+        {drawn.length > 1 && <details><summary>Shown</summary>{drawn.map((t) => (
+          <label key={t}><input type="checkbox" checked={!hidden.value.includes(t)} onChange={(e) => show(t, e.currentTarget.checked)} /> {t}</label>))}
+        </details>}
+        <button onClick={() => scene.current?.look()} title="f">Fit</button>
+      </div>
     </section>
   );
 }
 
 function App() {
-  const stored = localStorage.getItem("tab") as Tab | null;
-  const [tab, setTab] = useState<Tab>(stored && stored in TABS ? stored : "Nodes");
-  const choose = (t: Tab) => (setTab(t), localStorage.setItem("tab", t));
+  const [byHand, setByHand] = useState(false);
+  const fits = fitting(new Set([...connection.channels.value.values()].map((c) => c.topic)));
+  useEffect(() => { if (!byHand && connection.channels.value.size && fits !== layout.value) choose(fits); }, [fits, byHand, connection.channels.value]);
   useEffect(() => {
     const press = (e: KeyboardEvent) => {
       if (e.target instanceof HTMLInputElement || e.target instanceof HTMLSelectElement) return;
       const t = Object.keys(TABS)[Number(e.key) - 1] as Tab | undefined;
-      if (t) choose(t);
+      if (t) tab.value = t;
       if (e.key === "f") (window as any).mimesisScene?.look();
     };
     addEventListener("keydown", press);
     return () => removeEventListener("keydown", press);
   }, []);
-  const Panel = TABS[tab];
+  const Panel = TABS[tab.value as Tab] ?? Nodes;
   return (
     <>
       <header>
         <h1>{connection.name.value || "Mimesis"}</h1>
         <span role="status" class={connection.connected.value ? "good" : "bad"}>{connection.connected.value ? "connected" : "not connected: trying again"}</span>
         {connection.complaint.value && <span class="bad">{connection.complaint.value}</span>}
+        <label>Layout <select value={layout.value?.name ?? ""} onChange={(e) => { setByHand(true); choose(LAYOUTS.find((l) => l.name === e.currentTarget.value)!); }}>
+          {LAYOUTS.map((l) => <option key={l.name}>{l.name}</option>)}
+        </select></label>
+        <button onClick={() => layout.value && choose(layout.value, true)} title="as it was before you changed it">Reset</button>
       </header>
       <main>
         <Stage />
         <section class="side" aria-label="Panels">
           <div role="tablist">
             {(Object.keys(TABS) as Tab[]).map((t, i) => (
-              <button key={t} role="tab" id={`tab-${t}`} aria-selected={t === tab} aria-controls="panel" title={String(i + 1)} onClick={() => choose(t)}>{t}</button>
+              <button key={t} role="tab" id={`tab-${t}`} aria-selected={t === tab.value} aria-controls="panel" title={String(i + 1)} onClick={() => (tab.value = t)}>{t}</button>
             ))}
           </div>
-          <div role="tabpanel" id="panel" aria-labelledby={`tab-${tab}`} tabIndex={0}><Panel connection={connection} /></div>
+          <div role="tabpanel" id="panel" aria-labelledby={`tab-${tab.value}`} tabIndex={0}><Panel connection={connection} /></div>
         </section>
       </main>
       <Player connection={connection} />

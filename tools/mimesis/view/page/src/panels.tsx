@@ -1,16 +1,16 @@
 // What stands beside the scene: nodes, images, fields, plots, log, parameters, player.
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { signal } from "@preact/signals";
 import uPlot from "uplot";
 import { typeOf, type Connection } from "./connection";
 import { paths, valueAt } from "./fields";
 import { annotate, pixels } from "./image";
+import { curves } from "./layouts";
 
 type Props = { connection: Connection };
 const topicsOf = (connection: Connection, schema: string) =>
   [...connection.channels.value.values()].filter((c) => c.schemaName === schema).map((c) => c.topic).sort();
 const own = (topic: string) => /\/(health|log|start|steps)$/.test(topic);
-const ms = (s: number) => (s > 0 ? `${(1e3 * s).toFixed(s < 0.01 ? 2 : 0)} ms` : "-");
+const ms = (s: number) => (s > 0 && isFinite(s) ? `${(1e3 * s).toFixed(s < 0.01 ? 2 : 0)} ms` : "-");
 
 /** Health of a node, and messages a second since the one before. */
 type Seen = { health: any; sentHz: number; stepHz: number; at: number };
@@ -36,12 +36,13 @@ export function Nodes({ connection }: Props) {
   const count = (hz: number | undefined) => (hz === undefined || isNaN(hz) ? "-" : hz.toFixed(0));
   return (
     <table>
-      <thead><tr><th>Node</th><th>State</th><th>Steps/s</th><th>Sent/s</th><th title="worst input, 99th percentile">Latency</th><th>Step</th></tr></thead>
+      <thead><tr><th>Node</th><th>State</th><th>Steps/s</th><th>Sent/s</th><th title="worst input, 99th percentile">Latency</th><th title="oldest input">Age</th><th title="longest">Step</th></tr></thead>
       <tbody>
         {[...nodes].sort().map(([name, ports]) => {
           const s = seen[name], inputs: any[] = s?.health.inputs ?? [];
           const stale = inputs.filter((i) => i.stale).map((i) => i.topic);
           const latency = Math.max(0, ...inputs.map((i) => i.latencyP99S));
+          const age = Math.max(0, ...inputs.map((i) => i.ageS));
           const state = !s ? "no health" : stale.length ? "stale input" : "ok";
           return (
             <tr key={name} class={stale.length ? "bad" : ""}>
@@ -50,7 +51,7 @@ export function Nodes({ connection }: Props) {
                   <ul>{ports.in.sort().map((t) => <li key={"i" + t}>← {t}</li>)}{ports.out.sort().map((t) => <li key={"o" + t}>→ {t}</li>)}</ul>
                 </details>
               </td>
-              <td title={stale.join(", ")}>{state}</td><td>{count(s?.stepHz)}</td><td>{count(s?.sentHz)}</td><td>{ms(latency)}</td>
+              <td title={stale.join(", ")}>{state}</td><td>{count(s?.stepHz)}</td><td>{count(s?.sentHz)}</td><td>{ms(latency)}</td><td>{ms(age)}</td>
               <td>{s ? ms(s.health.worstStepS) : "-"}</td>
             </tr>
           );
@@ -90,7 +91,7 @@ function Picture({ connection, topic }: Props & { topic: string }) {
         return;
       }
       const seen = pixels(m);
-      setNote(seen ? "" : m.data.length ? `no image that can be shown: ${m.encoding}` : "a reference: mimesis log restore computes the images of a log again");
+      setNote(seen ? "" : m.data.length ? `no image that can be shown: ${m.encoding}` : "not in the log: mimesis view --images computes it again");
       if (seen) (last = seen), soon();
     }));
     return () => ends.forEach((end) => end());
@@ -135,8 +136,6 @@ function column(canvas: HTMLCanvasElement | undefined, u: number[]) {
   pen.putImageData(strip, canvas.width - 1, 0);
 }
 
-type Curve = { topic: string; path: string };
-const curves = signal<Curve[]>([]);
 const COLOURS = ["#e8853a", "#3f88c5", "#44a568", "#c44e8a", "#8a6fd1", "#c9b037", "#4bb3b8", "#d1495b"];
 const SPAN_S = 20, MOST = 4000;
 
@@ -193,7 +192,7 @@ function Plot({ connection }: Props) {
       const low = Math.min(...inside), high = Math.max(...inside), room = 0.05 * (high - low) || 0.05 * Math.abs(high) || 1;
       plot.setScale("y", { min: low - room, max: high + room });
     }, 50);
-    const resize = new ResizeObserver(() => plot.setSize({ width: box.current!.clientWidth, height: 260 }));
+    const resize = new ResizeObserver(([seen]) => plot.setSize({ width: seen!.contentRect.width, height: 260 }));
     resize.observe(box.current);
     return () => { clearInterval(timer), resize.disconnect(), ends.forEach((end) => end()), plot.destroy(); };
   }, [shown]);
@@ -259,6 +258,12 @@ export function Player({ connection }: Props) {
   const name = [...services.keys()].find((s) => services.get(s)!.response.schemaName === "mimesis.v1.PlayerStatus" && s.endsWith("/status"))?.slice(0, -7);
   const [status, setStatus] = useState<any>();
   const ask = (what: string, request: object = {}) => { if (name) connection.call(`${name}/${what}`, request).then(setStatus, () => {}); };
+  const [marks, setMarks] = useState<any[]>([]);
+  useEffect(() => {
+    if (!name) return;
+    const look = (): unknown => connection.call(`${name}/marks`, {}).then((m) => (setMarks(m.marks), m.whole || setTimeout(look, 500)), () => {});
+    look();
+  }, [name]);
   useEffect(() => {
     if (!name) return;
     const timer = setInterval(() => ask("status"), 200);
@@ -280,8 +285,12 @@ export function Player({ connection }: Props) {
     <section class="player" aria-label="Time line of the log">
       <button onClick={() => ask(status.paused ? "resume" : "pause")} title="space">{status.paused ? "Play" : "Pause"}</button>
       <button onClick={() => ask("step")} title="s">Step</button>
+      <div class="line"><svg aria-hidden="true" viewBox="0 0 1000 8" preserveAspectRatio="none">{marks.map((m, i) => (
+        <rect key={i} class={m.level > 2 ? "bad" : ""} x={(1000 * (m.positionS - status.startS)) / (status.endS - status.startS || 1)} width="2" height="8"
+          onClick={() => ask("seek", { target: { case: "positionS", value: m.positionS } })}><title>{`${m.positionS.toFixed(2)} s, ${m.node}: ${m.text}`}</title></rect>))}
+      </svg>
       <input type="range" aria-label="Time" min={status.startS} max={status.endS} step="0.01" value={status.positionS}
-        onInput={(e) => ask("seek", { target: { case: "positionS", value: Number(e.currentTarget.value) } })} />
+        onInput={(e) => ask("seek", { target: { case: "positionS", value: Number(e.currentTarget.value) } })} /></div>
       <span>{status.positionS.toFixed(2)} / {status.endS.toFixed(2)} s</span>
       <label>Speed <select value={String(status.rate)} onChange={(e) => ask("rate", { rate: Number(e.currentTarget.value) })}>
         {[...new Set([0.1, 0.25, 0.5, 1, 2, 5, 10, status.rate])].sort((a, b) => a - b).map((r) => <option key={r} value={String(r)}>{r}×</option>)}

@@ -90,6 +90,9 @@ function text(primitive: any): THREE.Object3D {
   const { r, g, b } = primitive.color ?? { r: 1, g: 1, b: 1 };
   pen.fillStyle = `rgb(${255 * r} ${255 * g} ${255 * b})`;
   pen.textBaseline = "middle";
+  pen.lineWidth = 6;
+  pen.strokeStyle = "#0009"; // readable on light and dark
+  pen.strokeText(primitive.text, 8, 32);
   pen.fillText(primitive.text, 8, 32);
   const map = new THREE.CanvasTexture(canvas);
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false }));
@@ -150,6 +153,7 @@ function dispose(object: THREE.Object3D) {
 
 export class Scene {
   readonly topics = new Map<string, () => void>(); // how to end listening
+  private hidden = new Set<string>(); // topics
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.PerspectiveCamera(45, 1, 0.02, 500);
@@ -196,6 +200,22 @@ export class Scene {
     }
   }
 
+  /** Shows all topics but these. */
+  hide(topics: string[]) {
+    this.hidden = new Set(topics);
+    for (const [key, group] of this.entities) group.visible = !this.hidden.has(key.split("\n")[0]!);
+    this.dirty = true;
+  }
+
+  /** Eye and what it looks at [m]. */
+  aim(camera: number[]) {
+    this.framed = true;
+    this.camera.position.fromArray(camera);
+    this.controls.target.fromArray(camera, 3);
+    this.controls.update();
+    this.dirty = true;
+  }
+
   /** Turns the camera to all that is there. */
   look() {
     const bounds = new THREE.Box3();
@@ -208,17 +228,14 @@ export class Scene {
     this.dirty = true;
   }
 
-  /** A size of its own [px], and the camera [m], for pictures: eye and what it looks at; none: all there is. */
-  pose(width: number, height: number, camera?: number[]) {
+  /** A size of its own [px], and the camera [m], for pictures; none: all there is. */
+  pose(width: number, height: number, camera: number[]) {
     this.framed = true;
     this.still = true;
     this.watch.disconnect();
     this.renderer.setPixelRatio(1);
     this.resize(width, height);
-    if (!camera) return this.look();
-    this.camera.position.fromArray(camera);
-    this.controls.target.fromArray(camera, 3);
-    this.controls.update();
+    camera.length ? this.aim(camera) : this.look();
   }
 
   picture(type: string): Promise<Blob> {
@@ -238,6 +255,7 @@ export class Scene {
       const key = `${topic}\n${entity.id}`, before = this.entities.get(key);
       if (before) dispose(before);
       const group = build(entity);
+      group.visible = !this.hidden.has(topic);
       this.frame(entity.frameId || ROOT).add(group);
       this.entities.set(key, group);
     }
