@@ -108,6 +108,7 @@ class ActionRecognizer {
   Ballot<Color> color_{Color::light, Color::dark};
   std::deque<Eigen::Vector2d> trail_;     ///< newest object positions
   std::optional<Eigen::Vector2d> start_;  ///< where the object rested first
+  Eigen::Vector2d placed_ = Eigen::Vector2d::Zero();
   std::optional<double> angle_;
   bool hand_away_ = true;
   bool left_after_grip_ = false;  ///< a grasp was shown, nothing was moved, the hand went away

@@ -120,6 +120,18 @@ TEST_F(Stage, TellsNoTransportWithoutABridge) {  // [M18 Fig. 2.21]
   EXPECT_EQ(recognizer_.goal().value, Goal::high);
 }
 
+TEST_F(Stage, StaysWithWhatWasPlacedWhenItsStandIsOutOfSight) {
+  sight_.bar.reset();
+  grasp(from_side_, 15);
+  transport(0.10, from_side_, high_);
+  sight_.goal_high.reset();
+  show(high_, high_ + Vector2d(-0.3, 0.1), 30);
+  EXPECT_TRUE(recognizer_.complete());
+  EXPECT_EQ(recognizer_.goal().value, Goal::high);
+  show(start_, std::nullopt, 10);
+  EXPECT_FALSE(recognizer_.complete());
+}
+
 TEST_F(Stage, StartsAnewWhenTheObjectIsBack) {
   grasp(from_above_, 15);
   transport(0.30, from_above_, high_);
