@@ -87,6 +87,7 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string& candidate : known) {
     std::size_t distance = edit_distance(word, candidate);
+    if (distance == 0) continue;  // what was written is no suggestion
     // A forgotten unit ("rate" for "rate_hz") is one slip, however long the unit is.
     if (word.size() >= 3 && candidate.starts_with(word))
       distance = std::min<std::size_t>(distance, 1);

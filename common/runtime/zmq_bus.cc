@@ -390,6 +390,9 @@ std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Messag
   entry.set_type_hash(input->type_hash());
   entry.set_policy(std::string(policy_name(options.policy)));
   entry.set_obeys(obeyed);
+  // Perhaps no node publishes it: people who do must know its type.
+  if (options.optional)
+    (*impl_->info.mutable_descriptors())[type.full_name()] = descriptor_set(type);
   impl_->info_changed = true;
   impl_->inputs.emplace(port, input);
   for (const auto& [start_id, node] : impl_->known) impl_->meet(v1::NodeInfo(node));

@@ -7,7 +7,8 @@
 
 #include "common/plot/gnuplot.h"
 #include "experiments/fields/figures.h"
-#include "nodes/cognition/neural_field.h"
+#include "nodes/cognition/architecture_node.h"
+#include "nodes/cognition/ladder.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -28,98 +29,84 @@ constexpr std::size_t kN = 64;
 
 using Field = NeuralField<double>;
 
-/// A transient field (a working set of constants: M18 prints none).
-FieldParams transient() {
-  FieldParams p;
-  p.neurons = 64;
-  p.resting_level = -2.0;
-  p.threshold1 = 0.0;
-  p.excitation = 1.3;
-  p.width = 3.0;
-  p.inhibition = 0.0;
-  p.decay = 0.6;
-  return p;
-}
-
 long steps_of(double s) { return std::lround(s / kFieldStep_s); }
-double peak_of(const Field& f) { return std::ranges::max(f.activity()); }
 
-/// The input of an event: a Gaussian in the middle.
-void excite(Field& f) {
-  for (std::size_t i = 0; i < f.input().size(); ++i) {
-    f.input()[i] += 4.0 * std::exp(-0.5 * std::pow((static_cast<double>(i) - kMiddle) / 4.0, 2));
-  }
-}
-
-/// A field for each event of a sequence, with shunted links from every one to every other.
+/// models/sequence_ladder.yaml: a transient field for each event, with shunted links from every one
+/// to every other (a working set of constants: M18 prints none).
 class Chain {
  public:
-  /// @param gain of the links in replay()
-  Chain(std::size_t events, double threshold, double gain = 1.0)
-      : fields_(events, Field(transient(), kFieldStep_s)),
-        links_(events * events, Link<double>(kN, kN, gain)) {
-    rule_.threshold = threshold;
-    for (Link<double>& link : links_) link.fill(0.02);
-  }
+  /// @param gain of the links when they act
+  Chain(std::size_t events, double threshold, double gain = 1.0, double decay = 0.6)
+      : ladder_(architecture(events, threshold, gain, decay)) {}
 
   /// Shows the events in order, one after the other by `delay_s`. Links learn, but do not act yet.
   void train(double delay_s, int trials) {
-    const double end_s = delay_s * static_cast<double>(fields_.size() - 1) + 0.6;
-    for (int trial = 0; trial < trials; ++trial) {
-      for (Field& f : fields_) f.reset();
-      for (long k = 0; k < steps_of(end_s); ++k) {
-        for (std::size_t e = 0; e < fields_.size(); ++e) {
-          const long onset = steps_of(delay_s * static_cast<double>(e));
-          if (k >= onset && k < onset + steps_of(kInput_s)) excite(fields_[e]);
-          fields_[e].step();
-        }
-        for (std::size_t to = 0; to < fields_.size(); ++to) {
-          for (std::size_t from = 0; from < fields_.size(); ++from) {
-            if (from == to) continue;
-            link(from, to).learn_shunted(fields_[to].activity(), fields_[to].rate(),
-                                         fields_[from].rate(), rule_, kFieldStep_s);
-          }
-        }
-      }
-    }
+    std::vector<double> onsets_s;
+    for (std::size_t e = 0; e < events(); ++e) onsets_s.push_back(delay_s * static_cast<double>(e));
+    ladder_.recall(false);
+    for (int trial = 0; trial < trials; ++trial) show(onsets_s, onsets_s.back() + 0.6);
+    ladder_.recall(true);
   }
 
   /// Starts from one event alone: max u of each field over time.
   std::vector<std::vector<double>> replay(std::size_t first, double duration_s) {
-    std::vector<std::vector<double>> courses(fields_.size());
-    for (Field& f : fields_) f.reset();
-    for (long k = 0; k < steps_of(duration_s); ++k) {
-      if (k < steps_of(kInput_s)) excite(fields_[first]);
-      for (std::size_t to = 0; to < fields_.size(); ++to) {
-        for (std::size_t from = 0; from < fields_.size(); ++from) {
-          if (from != to) link(from, to).transmit(fields_[from].rate(), fields_[to].input());
-        }
-      }
-      for (std::size_t e = 0; e < fields_.size(); ++e) {
-        fields_[e].step();
-        courses[e].push_back(peak_of(fields_[e]));
-      }
-    }
-    return courses;
+    std::vector<double> onsets_s(events(), duration_s);
+    onsets_s[first] = 0.0;
+    return show(onsets_s, duration_s);
   }
 
   /// The largest synaptic weight.
-  double strength(std::size_t from, std::size_t to) {
+  double strength(std::size_t from, std::size_t to) const {
+    const auto& fields = ladder_.architecture().fields;
+    const Link<double>& link = ladder_.link(fields[from].name + "->" + fields[to].name);
     double largest = 0.0;
     for (std::size_t i = 0; i < kN; ++i) {
-      for (std::size_t j = 0; j < kN; ++j) largest = std::max(largest, link(from, to).weight(i, j));
+      for (std::size_t j = 0; j < kN; ++j) largest = std::max(largest, link.weight(i, j));
     }
     return largest;
   }
 
  private:
-  Link<double>& link(std::size_t from, std::size_t to) {
-    return links_[from * fields_.size() + to];
+  static Architecture architecture(std::size_t events, double threshold, double gain,
+                                   double decay) {
+    Architecture a = load_architecture("sequence_ladder.yaml");
+    a.fields.resize(events);
+    std::erase_if(a.links, [&](const LinkSpec& l) {
+      return a.field_index(l.from) >= events || a.field_index(l.to) >= events;
+    });
+    a.inputs.resize(events);
+    for (LinkSpec& link : a.links) link.gain = gain;
+    for (FieldSpec& field : a.fields) {
+      field.params.decay = decay;
+      if (decay == 0.0)
+        field.params.threshold1 = field.params.inhibition = 1e-9;  // eq. 2.1 wants it
+    }
+    a.learning.shunted.threshold = threshold;
+    return a;
   }
 
-  std::vector<Field> fields_;
-  std::vector<Link<double>> links_;
-  ShuntedParams rule_;
+  std::size_t events() const { return ladder_.architecture().fields.size(); }
+
+  /// max u of each field over time.
+  std::vector<std::vector<double>> show(const std::vector<double>& onsets_s, double duration_s) {
+    std::vector<std::vector<double>> courses(events());
+    ladder_.reset();
+    for (long k = 0; k < steps_of(duration_s); ++k) {
+      Stimulus shown(ladder_.architecture());
+      for (std::size_t e = 0; e < events(); ++e) {
+        const long onset = steps_of(onsets_s[e]);
+        if (k < onset || k >= onset + steps_of(kInput_s)) continue;
+        add_input(ladder_.architecture(), "event", e, 0, 1.0, shown);
+      }
+      ladder_.step(shown);
+      for (std::size_t e = 0; e < events(); ++e) {
+        courses[e].push_back(std::ranges::max(ladder_.field(e).activity()));
+      }
+    }
+    return courses;
+  }
+
+  Ladder<double> ladder_;
 };
 
 /// Time of the first u > 0, NaN if never [ms].
@@ -130,17 +117,7 @@ double onset_ms(const std::vector<double>& course) {
 }
 
 std::vector<double> response(double decay) {
-  FieldParams p = transient();
-  p.decay = decay;
-  if (decay == 0.0) p.threshold1 = 1e-9, p.inhibition = 1e-9;  // eq. 2.1 wants some
-  Field f(p, kFieldStep_s);
-  std::vector<double> course;
-  for (long k = 0; k < steps_of(0.7); ++k) {
-    if (k < steps_of(kInput_s)) excite(f);
-    f.step();
-    course.push_back(peak_of(f));
-  }
-  return course;
+  return Chain(1, 7.0, 1.0, decay).replay(0, 0.7).front();
 }
 
 Data rows_of(const std::string& name, const std::vector<double>& course) {
@@ -199,7 +176,9 @@ Report chain(const PlotDir& dir) {
 /// Two input neurons on one field: their weights, and how they develop.
 class TwoInputs {
  public:
-  TwoInputs() : field_(transient(), kFieldStep_s), link_(kN, 2, kGain) {
+  TwoInputs()
+      : field_(load_architecture("sequence_ladder.yaml").fields[0].params, kFieldStep_s),
+        link_(kN, 2, kGain) {
     for (std::size_t i = 0; i < kN; ++i) {
       for (std::size_t s = 0; s < 2; ++s) {
         const double d = (static_cast<double>(i) - kMiddle + (s == 0 ? 3.0 : -3.0)) / 7.0;

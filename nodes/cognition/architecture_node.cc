@@ -1,7 +1,10 @@
 #include "nodes/cognition/architecture_node.h"
 
+#include <array>
 #include <memory>
+#include <utility>
 
+#include "common/error.h"
 #include "common/runtime/param_source.h"
 #include "nodes/cognition/composer_node.h"
 
@@ -63,18 +66,29 @@ void visit(ParamVisitor& v, InputSpec& i) {
   v("sites", i.sites);
 }
 
+/// Items of the file, behind those of the architecture that it extends.
 template <class Spec>
 void visit_list(ParamVisitor& v, std::string_view key, std::vector<Spec>& items,
                 const Spec& fresh = {}) {
+  const std::size_t before = items.size();
   v.elements(
-      key, items.size(), [&](std::size_t n) { items.resize(n, fresh); },
-      [&](ParamVisitor& g, std::size_t i) { visit(g, items[i]); });
+      key, 0, [&](std::size_t n) { items.resize(before + n, fresh); },
+      [&](ParamVisitor& g, std::size_t i) { visit(g, items[before + i]); });
 }
 
-void visit(ParamVisitor& v, Architecture& a) {
+Architecture load(const std::string& file, int depth);
+
+/// @param extended  the architecture that this one extends
+/// @param depth  files that extend this one
+void visit(ParamVisitor& v, Architecture& a, Architecture& extended, int depth) {
+  constexpr int kDeepest = 8;
   int version = 0;  // must be given
+  std::string base;
   FieldSpec common;
   v("version", version, 1, 1);
+  v.file("extends", base, "neural fields");
+  if (depth > kDeepest) throw ConfigError(base + ": extends itself");
+  if (!base.empty()) a = extended = load(base, depth + 1);
   v("dt_s", a.dt_s, 1e-5, 0.1);
   v.group("input", [&](ParamVisitor& g) {
     g("width", a.input_width, 0.1, 100.0);
@@ -96,21 +110,44 @@ void visit(ParamVisitor& v, Architecture& a) {
   visit_list(v, "fields", a.fields, common);
   visit_list(v, "links", a.links);
   visit_list(v, "inputs", a.inputs);
-  v("babbling", a.babbling);
+  std::vector<std::string> babbling;
+  v("babbling", babbling);
+  a.babbling.insert(a.babbling.end(), babbling.begin(), babbling.end());
 }
 
-}  // namespace
+/// Where the value at a path was written: in the file, or in the one that it extends, whose items
+/// come first.
+std::string place_in(const runtime::ParamSource& source, const Architecture& extended,
+                     const std::string& path) {
+  const std::array<std::pair<std::string_view, std::size_t>, 4> lists{
+      {{"fields.", extended.fields.size()},
+       {"links.", extended.links.size()},
+       {"inputs.", extended.inputs.size()},
+       {"babbling.", extended.babbling.size()}}};
+  for (const auto& [list, before] : lists) {
+    if (!path.starts_with(list) || before == 0) continue;
+    std::size_t digits = 0;
+    const std::size_t i = std::stoul(path.substr(list.size()), &digits);
+    if (i < before) return extended.place(path);
+    return runtime::to_string(source.place_of(std::string(list) + std::to_string(i - before) +
+                                              path.substr(list.size() + digits)));
+  }
+  return runtime::to_string(source.place_of(path));
+}
 
-Architecture load_architecture(const std::string& file) {
+Architecture load(const std::string& file, int depth) {
   if (file.ends_with(".json") || file.ends_with(".dnf")) return load_composer(file);
   const auto source = std::make_shared<runtime::ParamSource>(
       runtime::find_model_file(file), std::vector<std::string>{}, std::vector<std::string>{});
   Architecture a;
-  source->read("", [&](ParamVisitor& v) { visit(v, a); });
-  a.place = [source](const std::string& path) {
-    return runtime::to_string(source->place_of(path));
-  };
+  const auto extended = std::make_shared<Architecture>();
+  source->read("", [&](ParamVisitor& v) { visit(v, a, *extended, depth); });
+  a.place = [=](const std::string& path) { return place_in(*source, *extended, path); };
   return a;
 }
+
+}  // namespace
+
+Architecture load_architecture(const std::string& file) { return load(file, 0); }
 
 }  // namespace mimesis::cognition

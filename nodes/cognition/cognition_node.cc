@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "nodes/cognition/links_node.h"
+#include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -80,14 +81,16 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
       decision_(bus, "decision"),
       fields_(bus, "fields"),
       test_plan_(bus, "test_plan", {.optional = true}),
+      goals_(bus, "goals", {.optional = true}),
       proposal_(bus, "proposal"),
       outcome_(bus, "outcome", {.latched = true}),
       explanation_(bus, "explanation"),
       ports_end_(bus),
       imitator_(
           params.imitator, load_architecture(params.architecture),
-          params.links.empty() ? std::function<void(Ladder<float>&)>{}
-                               : [&](Ladder<float>& l) { load_links(params.links, l); }),
+          params.links.empty()
+              ? std::function<void(Ladder<float>&, Bundles&)>{}
+              : [&](Ladder<float>& l, Bundles& b) { load_links(params.links, l, &b); }),
       period_s_(static_cast<double>(whole_steps(params, dt_s())) * dt_s()),
       fields_every_(params.fields_hz > 0.0
                         ? std::max(1L, std::lround(params.rate_hz / params.fields_hz))
@@ -107,6 +110,7 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
 }
 
 void CognitionNode::step(Time now) {
+  hear_goals();
   watch(now);
   imitator_.advance(period_s_, succeeded(now));
   tell_changes(now);
@@ -116,6 +120,21 @@ void CognitionNode::step(Time now) {
   publish_decision(now);
   if (fields_every_ > 0 && tick_ % fields_every_ == 0) publish_fields(now);
   ++tick_;
+}
+
+void CognitionNode::hear_goals() {
+  const v1::TaskGoals* message = goals_.take();
+  if (message == nullptr) return;
+  std::vector<ExpectedGoal> goals;
+  for (const v1::TaskGoal& g : message->goals()) {
+    goals.push_back({static_cast<Goal>(g.goal())});
+    if (g.has_probability()) goals.back().probability = g.probability();
+  }
+  try {
+    imitator_.expect(expected_goals(goals));
+  } catch (const ConfigError& e) {
+    if (bad_goals_.pass()) runtime::warn("goals: {}; ignored", e.what());
+  }
 }
 
 void CognitionNode::watch(Time now) {
@@ -152,9 +171,8 @@ void CognitionNode::save_what_was_learned() {
   const bool learned = imitator_.learned();
   if (learned && !saved_ && !params_.save_links.empty() && !saving_.running()) {
     saving_.start(
-        [path = params_.save_links, text = links_text(imitator_.ladder()), replaying = replaying_] {
-          return replaying ? std::string() : save_links(path, text);
-        });
+        [path = params_.save_links, text = links_text(imitator_.ladder(), imitator_.bundles()),
+         replaying = replaying_] { return replaying ? std::string() : save_links(path, text); });
   }
   saved_ = learned;
   if (const auto fault = saving_.take(); fault && !fault->empty()) runtime::warn("{}", *fault);
@@ -176,8 +194,24 @@ bool CognitionNode::succeeded(Time now) {
   }
   const bool under_way =
       task->state() == v1::TASK_STATE_PLANNING || task->state() == v1::TASK_STATE_EXECUTING;
+  if (task->plan_succeeded() && !plan_seen_) sort_in(*task);
   plan_seen_ = plan_seen_ || task->plan_succeeded();
   return under_way && task->plan_succeeded();
+}
+
+/// The planned way with the object goes to its bundle, which the reward links with the decision.
+void CognitionNode::sort_in(const v1::TaskStatus& task) {
+  if (task.carried().empty() || imitator_.bundles().most() == 0) return;
+  const int joints = task.carried(0).position_rad_size();
+  Eigen::MatrixXd motion(joints, task.carried_size());
+  for (int i = 0; i < task.carried_size(); ++i) {
+    const auto& q = task.carried(i).position_rad();
+    if (q.size() != joints) return runtime::warn("task: postures of unlike size; not learned");
+    motion.col(i) = Eigen::VectorXd::Map(q.data(), joints);
+  }
+  if (imitator_.planned(motion)) return;
+  runtime::warn("task: the motion is like none of the {} bundles known, and no site is left for it",
+                imitator_.bundles().all().size());
 }
 
 /// The rehearsal: another planner, whose arm does not move, is asked before the decision falls
@@ -227,6 +261,11 @@ v1::Decision CognitionNode::decision_message() const {
   message.set_learning(imitator_.learning());
   message.set_learned(imitator_.learned());
   message.set_reason(imitator_.reason());
+  if (const Eigen::MatrixXd* motion = imitator_.preselected()) {
+    for (const auto& q : motion->colwise()) {
+      message.add_preselected()->mutable_position_rad()->Add(q.begin(), q.end());
+    }
+  }
   return message;
 }
 

@@ -45,6 +45,7 @@ struct CognitionParams {
     v("alternatives", imitator.alternatives, 0, 2);
     v("rehearse", imitator.rehearse);
     v("rehearsal_s", imitator.rehearsal_s, 0.1, 600.0);
+    v("bundle_rad", imitator.bundle_rad, 0.01, 100.0);
   }
 };
 
@@ -60,9 +61,11 @@ class CognitionNode {
 
  private:
   void watch(runtime::Time now);
+  void hear_goals();
   bool succeeded(runtime::Time now);
   void ask_for_a_test_plan(runtime::Time now);
   void report_indecision(runtime::Time now);
+  void sort_in(const v1::TaskStatus& task);
   void tell_changes(runtime::Time now);
   void save_what_was_learned();
   v1::Decision decision_message() const;
@@ -77,6 +80,7 @@ class CognitionNode {
   runtime::Out<v1::Decision> decision_;
   runtime::Out<v1::FieldActivity> fields_;
   runtime::Latest<v1::TaskStatus> test_plan_;
+  runtime::Latest<v1::TaskGoals> goals_;
   runtime::Out<v1::Decision> proposal_;
   runtime::Out<v1::TrialOutcome> outcome_;
   runtime::Out<v1::Explanation> explanation_;
@@ -94,7 +98,7 @@ class CognitionNode {
   bool replaying_;                                 // a replay writes no file
   bool plan_seen_ = false, failure_told_ = false;  // for the present decision
   v1::FieldActivity activity_;                     // kept, so that its buffers are
-  runtime::Throttle bad_input_{std::chrono::seconds(1)};
+  runtime::Throttle bad_input_{std::chrono::seconds(1)}, bad_goals_{std::chrono::seconds(1)};
 };
 
 }  // namespace mimesis::cognition

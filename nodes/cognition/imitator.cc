@@ -54,9 +54,15 @@ int pf_site(Grip grip, Transport transport) {
   return full ? (below ? kFgBt : kFgAt) : (below ? kPgBt : kPgAt);
 }
 
+/// The field that names bundles of motions.
+std::size_t bundle_field(const Architecture& a) {
+  const auto input = std::ranges::find(a.inputs, "bundle", &InputSpec::name);
+  return input == a.inputs.end() ? a.fields.size() : a.field_index(input->into);
+}
+
 std::array<double, 2> goals_of(const ImitatorParams& params) {
   try {
-    return expected_goals(params.goals);
+    return expected_goals(parse_goals(params.goals));
   } catch (const ConfigError& e) {
     throw ConfigError(std::string("cognition.goals: ") + e.what());
   }
@@ -73,20 +79,36 @@ Demonstration practice_sequence(const std::string& text, std::size_t i) {
 }  // namespace
 
 Imitator::Imitator(const ImitatorParams& params, const Architecture& architecture,
-                   const std::function<void(Ladder<float>&)>& recall)
+                   const std::function<void(Ladder<float>&, Bundles&)>& recall)
     : params_(params),
       each_goal_(goals_of(params)),
       ladder_(imitating(architecture)),
       reasons_(ladder_),
       task_(task_stimulus(architecture, expectation())),
       shown_(task_),
-      planned_(task_) {
-  if (recall) recall(ladder_);
+      planned_(task_),
+      with_bundle_(task_),
+      bundle_field_(bundle_field(architecture)),
+      bundles_(bundle_field_ < architecture.fields.size()
+                   ? architecture.fields[bundle_field_].sites.size()
+                   : 0,
+               params.bundle_rad) {
+  if (recall) recall(ladder_, bundles_);
   for (std::size_t i = 0; !recall && i < params_.practice.size(); ++i) {
     const std::string& sequence = params_.practice[i];
     if (!rehearse(ladder_, practice_sequence(sequence, i))) refused_.push_back(sequence);
   }
   ladder_.check_rest(task_);
+  for (const Goal certain : {Goal::high, Goal::low}) {  // what a message may bring
+    ladder_.check_rest(task_stimulus(architecture, {.each_goal = expected_goals({{certain}})}));
+  }
+}
+
+void Imitator::expect(const std::array<double, 2>& each_goal) {
+  each_goal_ = each_goal;
+  if (refusals_ == 0 && (stage_ == Stage::waiting || stage_ == Stage::watching)) {
+    task_ = task_stimulus(ladder_.architecture(), expectation());
+  }
 }
 
 /// Vision that changes its mind again and again about a symbol knows nothing of it.
@@ -116,6 +138,7 @@ void Imitator::observe(const Demonstration& observed, bool complete, double peri
     decision_ = {};
     deciding_s_ = unchanged_s_ = 0.0;
     plan_left_ = window_left_ = reward_left_ = 0;
+    bundle_ = -1;
     refusals_ = 0;
     reason_.clear();
     return;
@@ -209,6 +232,7 @@ void Imitator::drive_with(const Demonstration& seen) {
   window_ = window_left_ = last + steps(ladder_.architecture().input_window_s);
   presented_ = ~0U;
   reward_left_ = 0;
+  bundle_ = -1;
   deciding_s_ = 0.0;
   decision_ = {};
 }
@@ -246,6 +270,23 @@ void Imitator::refuse() {
   present();
 }
 
+bool Imitator::planned(const Eigen::MatrixXd& motion) {
+  if (!decided() || bundles_.most() == 0) return true;
+  bundle_ = bundles_.add(motion);
+  if (bundle_ < 0) return false;
+  with_bundle_ = task_;
+  add_input(ladder_.architecture(), "bundle", bundle_field_, bundle_, 1.0, with_bundle_);
+  return true;
+}
+
+void Imitator::preselect() {
+  preselected_.resize(0, 0);
+  if (bundles_.most() == 0) return;
+  const Peaks named = read_peaks(ladder_, bundle_field_);
+  const auto site = static_cast<std::size_t>(std::max(0, named.site));
+  if (named.count == 1 && site < bundles_.all().size()) preselected_ = bundles_.all()[site].mean;
+}
+
 void Imitator::give_up(std::string reason) {
   stage_ = Stage::undecided;
   reason_ = std::move(reason);
@@ -254,13 +295,18 @@ void Imitator::give_up(std::string reason) {
 
 void Imitator::advance(double period_s, bool success) {
   learning_ = false;
+  const Architecture& a = ladder_.architecture();
+  const long alone = steps(a.learning.window_s - a.input_window_s);  // of the reward, without input
   for (long i = steps(period_s); i > 0; --i) {
     const bool reward = decided() && success && reward_left_ > 0;
     if (plan_left_ == 0 && window_left_ > 0) present_at(window_ - window_left_);
-    const Stimulus& stimulus = plan_left_ > 0 ? planned_ : window_left_ > 0 ? shown_ : task_;
+    const Stimulus& stimulus = plan_left_ > 0                                   ? planned_
+                               : window_left_ > 0                               ? shown_
+                               : bundle_ >= 0 && reward && reward_left_ > alone ? with_bundle_
+                                                                                : task_;
     ladder_.step(stimulus, reward);
     if (stage_ == Stage::considering || stage_ == Stage::deciding) {
-      onset_s_ += ladder_.architecture().dt_s;
+      onset_s_ += a.dt_s;
       reasons_.observe(ladder_, task_, stimulus, plan_left_ > 0 ? "plan" : "vision", onset_s_);
     }
     (plan_left_ > 0 ? plan_left_ : window_left_) -= plan_left_ > 0 || window_left_ > 0 ? 1 : 0;
@@ -281,6 +327,7 @@ void Imitator::advance(double period_s, bool success) {
       decision_.settled && plan_left_ == 0 && window_left_ == 0;
   if (decision_.settled) {
     stage_ = Stage::decided;
+    preselect();
     reward_left_ = steps(ladder_.architecture().learning.window_s);
   } else if (deciding_s_ >= params_.indecision_s && window_left_ == 0) {
     give_up(indecision(ladder_) + (refusals_ > 0 ? "; what was decided first has no plan" : ""));

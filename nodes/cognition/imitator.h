@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/cognition/bundles.h"
 #include "nodes/cognition/ladder.h"
 #include "nodes/cognition/reasons.h"
 #include "nodes/cognition/symbols.h"
@@ -52,6 +53,8 @@ struct ImitatorParams {
   int alternatives = 2;   ///< decisions tried after one for which there is no plan
   bool rehearse = false;  ///< asks for a test plan with the grip that was seen before it decides
   double rehearsal_s = 20.0;  ///< longest wait for the answer to a test plan [s]
+  /// Of the bundles whose sites are those of a field with an input `bundle` (Bundles) [rad].
+  double bundle_rad = 1.0;
 };
 
 /// Watches one demonstration after the other, lets the ladder decide, and learns from success.
@@ -78,7 +81,11 @@ class Imitator {
   /// before, it does that instead. @throws ConfigError for impossible constants, or an architecture
   /// that does not begin with the fields of symbols.h.
   explicit Imitator(const ImitatorParams& params, const Architecture& architecture,
-                    const std::function<void(Ladder<float>&)>& recall = {});
+                    const std::function<void(Ladder<float>&, Bundles&)>& recall = {});
+
+  /// Replaces what the task holds (expected_goals()): for fields that wait at once, else from the
+  /// next inputs on.
+  void expect(const std::array<double, 2>& each_goal);
 
   /// Takes what vision holds now. Not calling it (no fresh image) stops the clock of `patience_s`.
   /// @param complete the teacher's action is over
@@ -90,6 +97,14 @@ class Imitator {
   /// The planner has no plan for the decision. Other means for the goal are tried first, as the
   /// goal has the priority; if they fail too, the goal is given up and the means decide.
   void refuse();
+  /// The motion that was planned for the decision, joints x postures [rad]: the bundle to which it
+  /// belongs takes part in the reward that follows. False if it fits none, and none is left.
+  bool planned(const Eigen::MatrixXd& motion);
+  /// Mean of the bundle that the decision named when it fell; null: none, or more than one.
+  const Eigen::MatrixXd* preselected() const {
+    return decided() && preselected_.size() > 0 ? &preselected_ : nullptr;
+  }
+  const Bundles& bundles() const { return bundles_; }
 
   /// Means and goal to be planned as a test; null in other stages than `considering`.
   const Demonstration* proposal() const {
@@ -131,13 +146,18 @@ class Imitator {
   void present_at(long step);
   long steps(double duration_s) const;
   void give_up(std::string reason);
+  void preselect();
 
   ImitatorParams params_;
   std::array<double, 2> each_goal_;
   Ladder<float> ladder_;
   Reasons reasons_;
-  Stimulus task_, shown_;  // task input with what failed inhibited; with vision
-  Stimulus planned_;       // task_ with the means of a test plan
+  Stimulus task_, shown_;           // task input with what failed inhibited; with vision
+  Stimulus planned_, with_bundle_;  // task_ with the means of a test plan; with bundle_
+  std::size_t bundle_field_;        // of the architecture's fields; past the last: there is none
+  Bundles bundles_;
+  int bundle_ = -1;  // of the plan for the decision
+  Eigen::MatrixXd preselected_;
   std::vector<Demonstration> proposals_;
   std::size_t proposal_ = 0;
   double considering_s_ = 0.0, onset_s_ = 0.0;

@@ -116,17 +116,44 @@ void read(const Json& file, Ladder<float>& ladder) {
   }
 }
 
+void read(const Json& file, Bundles& bundles) {
+  std::vector<Bundles::Bundle> all;
+  for (const Json& b : file.at("bundles")) {
+    const auto postures = b.at("postures").get<std::vector<std::vector<double>>>();
+    check(!postures.empty(), "a bundle has no postures");
+    const std::size_t joints = postures.front().size();
+    Eigen::MatrixXd mean(joints, postures.size());
+    for (std::size_t i = 0; i < postures.size(); ++i) {
+      check(postures[i].size() == joints, "a bundle has postures of unlike size");
+      mean.col(static_cast<Eigen::Index>(i)) =
+          Eigen::VectorXd::Map(postures[i].data(), static_cast<Eigen::Index>(joints));
+    }
+    all.push_back({std::move(mean), b.at("motions").get<int>()});
+  }
+  check(all.size() <= bundles.most(),
+        fmt::format("holds {} bundles, here is place for {}", all.size(), bundles.most()));
+  bundles.restore(std::move(all));
+}
+
 }  // namespace
 
-std::string links_text(const Ladder<float>& ladder) {
+std::string links_text(const Ladder<float>& ladder, const Bundles& bundles) {
   const Architecture& a = ladder.architecture();
   Json links = Json::object();
   for (const LinkSpec* link : learned(a)) {
     links[link->name()] =
         columns(ladder.link(link->name()), neurons(ladder, link->to), neurons(ladder, link->from));
   }
-  const Json file = {
-      {"format", kFormat}, {"version", kVersion}, {"fields", fields(a)}, {"links", links}};
+  Json file = {{"format", kFormat}, {"version", kVersion}, {"fields", fields(a)}, {"links", links}};
+  if (bundles.most() > 0) {
+    Json& all = file["bundles"] = Json::array();
+    for (const Bundles::Bundle& b : bundles.all()) {
+      Json postures = Json::array();
+      for (const auto& q : b.mean.colwise())
+        postures.emplace_back(Json(std::vector(q.begin(), q.end())));
+      all.push_back({{"motions", b.motions}, {"postures", std::move(postures)}});
+    }
+  }
   return file.dump();
 }
 
@@ -140,11 +167,13 @@ std::string save_links(const std::string& path, const std::string& text) {
   return !out || error ? "cannot write the links to " + path : "";
 }
 
-void load_links(const std::string& path, Ladder<float>& ladder) {
+void load_links(const std::string& path, Ladder<float>& ladder, Bundles* bundles) {
   std::ifstream in(path);
   if (!in) throw ConfigError("cognition.links: cannot read " + path);
   try {
-    read(Json::parse(in), ladder);
+    const Json file = Json::parse(in);
+    read(file, ladder);
+    if (bundles != nullptr && bundles->most() > 0) read(file, *bundles);
   } catch (const Json::exception& e) {
     throw ConfigError("cognition.links: " + path + " is no file of links: " + e.what());
   } catch (const ConfigError& e) {

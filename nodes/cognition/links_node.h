@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "nodes/cognition/bundles.h"
 #include "nodes/cognition/ladder.h"
 
 namespace mimesis::cognition {
@@ -13,16 +14,17 @@ namespace mimesis::cognition {
 ///    ...}}
 ///
 /// Weights only mean something between fields of the constants with which they were learned, so
-/// these are kept beside them.
+/// these are kept beside them. With a field of bundles, "bundles": [{"motions": 3, "postures":
+/// [[joint, ...], ...]}, ...] tells whose its sites are [rad].
 
 /// The content of a file.
-std::string links_text(const Ladder<float>& ladder);
+std::string links_text(const Ladder<float>& ladder, const Bundles& bundles = {0, 0.0});
 
 /// Replaces the file. Why it failed; empty if it did not.
 [[nodiscard]] std::string save_links(const std::string& path, const std::string& text);
 
 /// Replaces all learned links of the ladder by those of the file; every weight keeps its bits.
 /// @throws ConfigError if the file is no such file, or of another version or architecture
-void load_links(const std::string& path, Ladder<float>& ladder);
+void load_links(const std::string& path, Ladder<float>& ladder, Bundles* bundles = nullptr);
 
 }  // namespace mimesis::cognition

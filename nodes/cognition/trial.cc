@@ -21,8 +21,9 @@ int choose(std::string_view word, std::string_view first, std::string_view secon
            std::string_view sequence) {
   if (word == first) return 1;
   if (word == second) return 2;
-  throw ConfigError("'" + std::string(sequence) + "': '" + std::string(word) + "' is neither " +
-                    std::string(first) + " nor " + std::string(second));
+  throw ConfigError(fmt::format("{}'{}' is neither {} nor {}",
+                                word == sequence ? "" : fmt::format("'{}': ", sequence), word,
+                                first, second));
 }
 
 /// Site of a symbol in its layer, or -1 if unknown.
@@ -54,32 +55,46 @@ const Architecture& imitating(const Architecture& a) {
   return a;
 }
 
-std::array<double, 2> expected_goals(const std::vector<std::string>& goals) {
-  constexpr double kNone = -1.0, kOpen = -2.0;
-  std::array<double, 2> probability{kNone, kNone};
+std::array<double, 2> expected_goals(const std::vector<ExpectedGoal>& goals) {
+  constexpr std::array kNames{"?", "high", "low"};
+  std::array<std::optional<double>, 2> share;  // of the probability; none: no goal of the task
   double left = 1.0, open = 0.0;
-  for (const std::string& goal : goals) {
-    const std::size_t equals = std::min(goal.find('='), goal.size());
-    double& p = probability[static_cast<std::size_t>(
-        choose(goal.substr(0, equals), "high", "low", goal) - 1)];
-    if (p != kNone) throw ConfigError("'" + goal + "': this goal is there already");
-    p = kOpen;
-    if (equals < goal.size()) {
-      char* end = nullptr;
-      p = std::strtod(goal.c_str() + equals + 1, &end);
-      if (end == goal.c_str() + equals + 1 || *end != '\0' || !(p >= 0.0 && p <= 1.0)) {
-        throw ConfigError("'" + goal + "': expected a probability from 0 to 1");
-      }
-      left -= p;
+  for (const auto& [goal, probability] : goals) {
+    if (goal != Goal::high && goal != Goal::low) throw ConfigError("expected goals high and low");
+    const std::string name = kNames.at(static_cast<std::size_t>(goal));
+    auto& p = share.at(static_cast<std::size_t>(goal) - 1);
+    if (p) throw ConfigError(name + " is there twice");
+    if (probability && !(*probability >= 0.0 && *probability <= 1.0)) {
+      throw ConfigError(
+          fmt::format("{} has the probability {}, expected 0 to 1", name, *probability));
     }
-    open += p == kOpen ? 1.0 : 0.0;
+    p = probability.value_or(-1.0);
+    left -= probability.value_or(0.0);
+    open += probability ? 0.0 : 1.0;
   }
   if (left < -1e-9) throw ConfigError("the probabilities of the goals exceed 1");
-  for (double& p : probability) {
-    p = p == kNone ? 0.0 : p == kOpen ? std::max(left, 0.0) / open : p;
-    p = 2.0 * p / (p + 0.5);
+  std::array<double, 2> expected{};
+  for (const std::size_t g : {0U, 1U}) {
+    double p = share[g].value_or(0.0);
+    if (p < 0.0) p = std::max(left, 0.0) / open;
+    expected[g] = 2.0 * p / (p + 0.5);
   }
-  return probability;
+  return expected;
+}
+
+std::vector<ExpectedGoal> parse_goals(const std::vector<std::string>& texts) {
+  std::vector<ExpectedGoal> goals;
+  for (const std::string& text : texts) {
+    const std::size_t equals = std::min(text.find('='), text.size());
+    goals.push_back({static_cast<Goal>(choose(text.substr(0, equals), "high", "low", text))});
+    if (equals == text.size()) continue;
+    char* end = nullptr;
+    goals.back().probability = std::strtod(text.c_str() + equals + 1, &end);
+    if (end == text.c_str() + equals + 1 || *end != '\0') {
+      throw ConfigError("'" + text + "': expected a probability from 0 to 1");
+    }
+  }
+  return goals;
 }
 
 Stimulus task_stimulus(const Architecture& a, const TaskInput& task) {

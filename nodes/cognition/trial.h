@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,12 +11,17 @@
 
 namespace mimesis::cognition {
 
-/// What a task leads to expect of each goal: their number, identity and probability [M18 2.2.1].
-/// "high" or "high=0.8"; goals without a probability share what the others leave. A goal of
-/// probability p gets the share 2p / (p + 1/2): 1 for an even choice of two, less for more of them,
-/// 4/3 if it is certain, which still ignites nothing.
+struct ExpectedGoal {
+  Goal goal;
+  std::optional<double> probability{};  ///< 0..1; none: an even part of what the others leave [1]
+};
+/// What a task leads to expect of each goal: their number, identity and probability [M18 2.2.1]. A
+/// goal of probability p gets the share 2p / (p + 1/2): 1 for an even choice of two, less for more
+/// of them, 4/3 if it is certain, which still ignites nothing.
 /// @throws ConfigError for an unknown or repeated goal, or probabilities that cannot be
-std::array<double, 2> expected_goals(const std::vector<std::string>& goals);
+std::array<double, 2> expected_goals(const std::vector<ExpectedGoal>& goals);
+/// "high" or "high=0.8". @throws ConfigError for an unknown goal, or no number
+std::vector<ExpectedGoal> parse_goals(const std::vector<std::string>& texts);
 
 /// Task input: preshapes the familiar combinations of means and both goals.
 Stimulus task_stimulus(const Architecture& architecture, const TaskInput& task = {});

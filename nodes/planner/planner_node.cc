@@ -17,11 +17,16 @@ std::optional<DecidedTask> to_decided(const v1::Decision& decision) {
       decision.goal() == v1::GOAL_UNSPECIFIED) {
     return std::nullopt;
   }
-  return DecidedTask{
+  DecidedTask decided{
       {decision.grip() == v1::GRIP_PRECISION ? Grip::precision : Grip::full,
        decision.transport() == v1::TRANSPORT_ABOVE ? Transport::above : Transport::below,
        decision.goal() == v1::GOAL_HIGH ? "high" : "low"},
       decision.decided_ns() + 1};  // 0 stands for no decision
+  for (const v1::Posture& p : decision.preselected()) {
+    decided.task.preselected.emplace_back(
+        Eigen::VectorXd::Map(p.position_rad().data(), p.position_rad_size()));
+  }
+  return decided;
 }
 
 std::optional<ArmReading> to_reading(const v1::JointState& state, int dof) {
@@ -72,7 +77,7 @@ v1::TaskPhase to_proto(Phase phase) {
   return v1::TASK_PHASE_UNSPECIFIED;
 }
 
-v1::TaskStatus to_status(const TaskSequence& sequence) {
+v1::TaskStatus to_status(const TaskSequence& sequence, int carried) {
   v1::TaskStatus status;
   status.set_state(to_proto(sequence.state()));
   if (sequence.state() == TaskSequence::State::executing)
@@ -88,6 +93,11 @@ v1::TaskStatus to_status(const TaskSequence& sequence) {
   if (const auto& plan = sequence.plan()) {
     status.set_path_length_rad(plan->path_length_rad);
     status.set_roadmap_nodes(static_cast<std::uint32_t>(plan->roadmap_nodes));
+    if (carried > 0) {
+      for (const Eigen::VectorXd& q : carried_postures(*plan, carried)) {
+        status.add_carried()->mutable_position_rad()->Add(q.begin(), q.end());
+      }
+    }
   }
   return status;
 }
@@ -200,7 +210,20 @@ void PlannerNode::step(runtime::Time now) {
 void PlannerNode::read_inputs(runtime::Time now) {
   const runtime::Time stale = runtime::from_seconds(params_.stale_s);
   if (const auto* decision = decision_in_.take()) {
-    if (auto decided = to_decided(*decision)) decided_ = std::move(decided);
+    if (auto decided = to_decided(*decision)) {
+      auto& preselected = decided->task.preselected;
+      const auto fits = [&](const Eigen::VectorXd& q) {
+        return q.size() == arm_.dof() && q.allFinite();
+      };
+      if (!std::ranges::all_of(preselected, fits)) {
+        if (unusable_.pass()) {
+          runtime::warn("decision: preselected postures of {} joints, expected {}; not used",
+                        preselected.front().size(), arm_.dof());
+        }
+        preselected.clear();
+      }
+      decided_ = std::move(decided);
+    }
   }
   if (const auto* scene = scene_in_.take()) table_ = model::from_proto(*scene);
   const auto* arm = arm_in_.fresh(now, stale);
@@ -293,7 +316,7 @@ void PlannerNode::publish_commands(runtime::Time now) {
 }
 
 void PlannerNode::publish_status(runtime::Time now) {
-  v1::TaskStatus status = to_status(sequence_);
+  v1::TaskStatus status = to_status(sequence_, params_.carried_postures);
   status.set_plan_compute_s(compute_s_);
   const bool changed = status.SerializeAsString() != last_status_.SerializeAsString();
   if (!changed && now < status_due_) return;

@@ -27,8 +27,8 @@ HandReading to_reading(const v1::HandState& state);
 v1::Grip to_proto(Grip grip);
 v1::TaskState to_proto(TaskSequence::State state);
 v1::TaskPhase to_proto(Phase phase);
-/// Without header.
-v1::TaskStatus to_status(const TaskSequence& sequence);
+/// Without header. @param carried number of postures that tell the way with the object
+v1::TaskStatus to_status(const TaskSequence& sequence, int carried = 0);
 v1::Trajectory to_proto(const PlannedMotion& motion);
 
 struct PlannerParams {
@@ -57,6 +57,7 @@ struct PlannerParams {
   double tracking_rad = 0.25;     ///< largest allowed following error [rad]
   double object_moved_m = 0.005;  ///< motion of the object that causes a new plan [m]
   double grip_force = 0.5;        ///< commanded force, 0 .. 1 [1]
+  int carried_postures = 0;       ///< postures of the way with the object in the status [1]
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
@@ -85,6 +86,7 @@ struct PlannerParams {
     v("tracking_rad", tracking_rad, 0.01, 1.0);
     v("object_moved_m", object_moved_m, 0.001, 0.1);
     v("grip_force", grip_force, 0.0, 1.0);
+    v("carried_postures", carried_postures, 0, 100);
   }
   double robot_rate_hz() const;  ///< see run_node
 };

@@ -24,6 +24,8 @@ using Way = std::vector<Eigen::VectorXd>;
 
 constexpr double kStraightStep = 0.01;  // step of straight hand motions [m]
 constexpr std::size_t kGraspTries = 6;  // grasps for which a transport is searched
+// Pre-selected by F5: postures nearer than this to its own, and holds below them [rad].
+constexpr double kPreselected = 0.8, kHoldNear = 1.0;
 
 Obstacles table_obstacles(const kin::Table& table) { return {table.balls, table.boxes, {}, {}}; }
 
@@ -48,8 +50,10 @@ class TaskPlanner {
   tl::expected<TaskPlan, Status> plan(const Eigen::VectorXd& start);
 
  private:
+  /// @param near  a posture above it, from which holds are sought; null: all are
   tl::expected<std::vector<Hold>, Status> holds_at(const Eigen::Vector3d& center,
-                                                   const std::string& what);
+                                                   const std::string& what,
+                                                   const Eigen::VectorXd* near);
   std::optional<Way> certified_way(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W,
                                    CollisionChecker& checker) const;
   Obstacles carrying(bool on_its_support) const;
@@ -100,17 +104,24 @@ double TaskPlanner::passing_cost(const Eigen::VectorXd& q) const {
   const bool near =
       std::abs(from_bar.x()) < 0.2 && std::abs(from_bar.y()) < table_.bridge_half_width;
   const bool as_decided = (from_bar.z() > 0.0) == (task_.transport == Transport::above);
-  return near && as_decided ? settings_.preference : 1.0;
+  const bool preselected = std::ranges::any_of(
+      task_.preselected, [&](const auto& p) { return (p - q).norm() < kPreselected; });
+  return (near && as_decided) || preselected ? settings_.preference : 1.0;
 }
 
 tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vector3d& center,
-                                                              const std::string& what) {
+                                                              const std::string& what,
+                                                              const Eigen::VectorXd* near) {
   CollisionChecker empty_handed(arm_, table_obstacles(table_), settings_.margin_m);
   Way solutions;
   for (const auto& goal :
        grasp_goals(task_.grip, center, table_.object_height, settings_.precision_depth_m)) {
-    const Way some =
-        kin::solve_ik_anywhere(arm_, goal, settings_.ik_attempts, settings_.roadmap.seed);
+    Way some;
+    if (near == nullptr) {
+      some = kin::solve_ik_anywhere(arm_, goal, settings_.ik_attempts, settings_.roadmap.seed);
+    } else if (auto q = kin::solve_ik(arm_, goal, *near); q && (*q - *near).norm() < kHoldNear) {
+      some.push_back(*std::move(q));
+    }
     solutions.insert(solutions.end(), some.begin(), some.end());
   }
   if (solutions.empty()) return tl::unexpected(Status{"no posture reaches " + what});
@@ -156,9 +167,11 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
     return tl::unexpected(
         Status{"the " + task_.goal + " goal is blocked: the object would touch " + *obstacle});
   }
-  auto grasps = holds_at(table_.object, "the object");
+  const auto& known = task_.preselected;
+  auto grasps = holds_at(table_.object, "the object", known.empty() ? nullptr : &known.front());
   if (!grasps) return tl::unexpected(grasps.error());
-  const auto places = holds_at(goal->position, "the " + task_.goal + " goal");
+  const auto places = holds_at(goal->position, "the " + task_.goal + " goal",
+                               known.empty() ? nullptr : &known.back());
   if (!places) return tl::unexpected(places.error());
   std::stable_sort(grasps->begin(), grasps->end(), [&](const Hold& a, const Hold& b) {
     return (a.away.back() - start).norm() < (b.away.back() - start).norm();
@@ -329,6 +342,25 @@ std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::V
   return std::nullopt;
 }
 
+std::vector<Eigen::VectorXd> carried_postures(const TaskPlan& plan, int count) {
+  // Lifting and lowering are straight and short.
+  const auto carried = std::ranges::max_element(plan.motions, {}, [](const PlannedMotion& m) {
+    return m.phase == Phase::transport ? m.length_rad : -1.0;
+  });
+  const Eigen::MatrixXd& q = carried->trajectory.position;
+  std::vector<double> length{0.0};
+  for (Eigen::Index k = 1; k < q.cols(); ++k) {
+    length.push_back(length.back() + (q.col(k) - q.col(k - 1)).norm());
+  }
+  std::vector<Eigen::VectorXd> postures;
+  for (int i = 0; i < count; ++i) {
+    const double at = length.back() * i / std::max(1, count - 1);
+    const auto k = std::ranges::lower_bound(length, at - 1e-12) - length.begin();
+    postures.emplace_back(q.col(std::min(static_cast<Eigen::Index>(k), q.cols() - 1)));
+  }
+  return postures;
+}
+
 std::vector<kin::Box> closed_passages(const kin::Table& table, Transport transport) {
   const Eigen::Vector3d& bar = table.bridge_center;
   const auto slab = [&](double y_lo, double y_hi, double z_lo, double z_hi) {
@@ -380,7 +412,11 @@ std::shared_ptr<const Roadmap> refreshed_roadmap(std::shared_ptr<const Roadmap> 
 tl::expected<TaskPlan, Status> plan_task(const kin::ArmModel& arm, const kin::Table& table,
                                          const Roadmap& roadmap, const Eigen::VectorXd& start,
                                          const Task& task, const TaskSettings& settings) {
-  return TaskPlanner(arm, table, roadmap, task, settings).plan(start);
+  auto plan = TaskPlanner(arm, table, roadmap, task, settings).plan(start);
+  if (plan || task.preselected.empty()) return plan;
+  Task free = task;  // here what succeeded elsewhere does not
+  free.preselected.clear();
+  return TaskPlanner(arm, table, roadmap, free, settings).plan(start);
 }
 
 Obstacles moved_obstacles(const kin::Table& planned, const kin::Table& now, double tolerance_m) {

@@ -67,6 +67,10 @@ struct Task {
   Grip grip = Grip::precision;
   Transport transport = Transport::above;
   std::string goal = "high";  ///< name of a kin::GoalPlace
+  /// Postures of motions that F5 names [M18 2.3.2], from the object to the goal: holds are sought
+  /// near the first and the last, links near all are cheap; if that gives no plan, none is
+  /// pre-selected. Empty: none.
+  std::vector<Eigen::VectorXd> preselected{};
 };
 
 struct TaskSettings {
@@ -80,8 +84,8 @@ struct TaskSettings {
   int ik_attempts = 60;      ///< starts of the inverse kinematics per hand goal [1]
   int reaching_starts = 10;  ///< postures from which reaches to each target sample the roadmap [1]
   int reaching_postures = 15;  ///< samples of each [1]
-  double preference =
-      0.5;  ///< link cost where the hand passes the bridge as decided; 1: no preference [1]
+  double preference = 0.5;     ///< link cost where the hand passes the bridge as decided, and near
+                               ///< what is pre-selected; 1: no preference [1]
   double corner_rad = 0.15;    ///< largest rounding of corners [rad]
   double speed = 0.6;          ///< share of the model's velocity and acceleration limits in use [1]
   double contact_speed = 0.3;  ///< share of the limits for straight motions to and from contact [1]
@@ -119,6 +123,9 @@ struct TaskPlan {
   double path_length_rad = 0.0;
   int roadmap_nodes = 0;
 };
+
+/// `count` postures, evenly along the way from above the object to above the goal.
+std::vector<Eigen::VectorXd> carried_postures(const TaskPlan& plan, int count);
 
 /// The off-line part: samples the whole joint space and the reaches to object and goals, refines
 /// against the table's obstacles.

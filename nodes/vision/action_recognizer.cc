@@ -59,11 +59,15 @@ void ActionRecognizer::remember_start(const Sight& sight) {
   const Vector2d& object = *sight.object;
   const bool before_bridge = !sight.bar || object.x() < sight.bar->x() - limits_.moved_m;
   if (!before_bridge || near_goal(object, sight)) return;
+  // Without a bridge, and with a stand that is out of sight, it may still be where it was put.
+  if (stage_ == Stage::placed && (object - placed_).norm() < limits_.moved_m) return;
   if (stage_ != Stage::waiting) restart();
   start_ = object;
   if (sight.object_luma) {
-    const bool light = *sight.object_luma > limits_.light_luma;
-    color_.vote(light ? Color::light : Color::dark, limits_.grip_votes, limits_.agreement);
+    const double lighter = *sight.object_luma - limits_.light_luma;
+    Color color = lighter > 0.0 ? Color::light : Color::dark;
+    if (std::abs(lighter) < limits_.undecided_luma) color = Color::unknown;
+    color_.vote(color, limits_.grip_votes, limits_.agreement);
   }
 }
 
@@ -102,6 +106,7 @@ void ActionRecognizer::judge_goal(const Sight& sight) {
   const double other = std::max(high, low);
   goal_.symbol.confidence = std::isfinite(other) ? 1.0 - near / other : 0.5;
   stage_ = Stage::placed;
+  placed_ = *sight.object;
 }
 
 bool ActionRecognizer::object_still(const Sight& sight) {

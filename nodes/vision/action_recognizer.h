@@ -38,7 +38,8 @@ struct RecognizerLimits {
   double moved_m = 0.03;           ///< the object has left its place
   double still_m = 0.006;          ///< motion within a rest
   double goal_radius_m = 0.05;     ///< recognizer: rest this close counts; sizes: a cap
-  double light_luma = 115.0;       ///< boundary between a light and a dark object
+  double light_luma = 104.0;       ///< boundary between a light and a dark object
+  double undecided_luma = 12.0;    ///< abstain this close to it
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -55,6 +56,7 @@ struct RecognizerLimits {
     v("still_m", still_m, 1e-4, 0.5);
     v("goal_radius_m", goal_radius_m, 0.005, 1.0);
     v("light_luma", light_luma, 0.0, 255.0);
+    v("undecided_luma", undecided_luma, 0.0, 127.0);
   }
 };
 
@@ -106,6 +108,7 @@ class ActionRecognizer {
   Ballot<Color> color_{Color::light, Color::dark};
   std::deque<Eigen::Vector2d> trail_;     ///< newest object positions
   std::optional<Eigen::Vector2d> start_;  ///< where the object rested first
+  Eigen::Vector2d placed_ = Eigen::Vector2d::Zero();
   std::optional<double> angle_;
   bool hand_away_ = true;
   bool left_after_grip_ = false;  ///< a grasp was shown, nothing was moved, the hand went away

@@ -190,6 +190,7 @@ TEST(Suggest, CountsSlips) {
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
   EXPECT_EQ(edit_distance("rate_zh", "rate_hz"), 1U);  // neighbours swapped
   EXPECT_EQ(did_you_mean("lanch", {"log", "launch"}), ", did you mean 'launch'?");
+  EXPECT_EQ(did_you_mean("middle", {"middle", "high"}), "");
   EXPECT_EQ(did_you_mean("frobnicate", {"log", "launch"}), "");
 }
 

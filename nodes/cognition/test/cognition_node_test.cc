@@ -431,6 +431,46 @@ links:
   EXPECT_LT(high, 0.0F);
 }
 
+TEST(CognitionNode, AMessageTellsWhatTheTaskHolds) {
+  Rig rig;
+  const auto onset_s = [&] {  // of the field of goals, for a goal without means
+    rig.show(observation(v1::GRIP_UNSPECIFIED, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_HIGH));
+    const auto why = rig.bus.take_last<v1::Explanation>("explanation");
+    for (const v1::FieldReason& f : why->fields()) {
+      if (f.field() == "PFC") return f.onset_s();
+    }
+    return -1.0;
+  };
+  const auto tell = [&](const std::vector<std::pair<int, double>>& goals) {
+    v1::TaskGoals message;
+    for (const auto& [goal, probability] : goals) {
+      v1::TaskGoal& g = *message.add_goals();
+      g.set_goal(static_cast<v1::Goal>(goal));
+      if (probability >= 0.0) g.set_probability(probability);
+    }
+    rig.bus.send("goals", message, rig.now());
+  };
+  const double even = onset_s();
+  EXPECT_GT(even, 0.0);
+  const std::uint64_t decided_ns = rig.decision().decided_ns();
+  tell({{v1::GOAL_HIGH, -1.0}});
+  rig.run(500ms);
+  EXPECT_EQ(rig.decision().decided_ns(), decided_ns) << "a decision stays";
+  const double certain = onset_s();
+  EXPECT_LT(certain, even);
+  tell({{v1::GOAL_LOW, -1.0}, {v1::GOAL_HIGH, 0.2}});
+  const double unlikely = onset_s();
+  EXPECT_GT(unlikely, even);
+  tell({{v1::GOAL_HIGH, 0.5}, {v1::GOAL_LOW, 0.5}});
+  EXPECT_EQ(onset_s(), even);
+  tell({{v1::GOAL_HIGH, 1.5}});
+  tell({{v1::GOAL_HIGH, -1.0}, {v1::GOAL_HIGH, -1.0}});
+  tell({{v1::GOAL_HIGH, 0.7}, {v1::GOAL_LOW, 0.4}});
+  tell({{7, -1.0}});
+  tell({{v1::GOAL_UNSPECIFIED, -1.0}});
+  EXPECT_EQ(onset_s(), even) << "what cannot be is not used";
+}
+
 TEST(CognitionNode, DoubtfulSymbolsDecideNothing) {
   Rig rig;
   rig.show(observation(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH, true, 0.2));
@@ -485,6 +525,77 @@ TEST(CognitionNode, LinksOutliveTheProcess) {
   Ladder<float> ladder(load_architecture());
   load_links(file.path, ladder);
   EXPECT_EQ(links_text(ladder) + "\n", learned) << "a weight changed on the way";
+}
+
+// Bundles of motions [M18 2.3.1]: over messages, and kept with the links.
+TEST(CognitionNode, ADecisionPreSelectsTheMotionsThatLedToSuccess) {
+  const PassingFile file("links.json");
+  CognitionParams params{.architecture = "bundle_ladder.yaml", .save_links = file.path};
+  Rig rig(params);
+  const auto planned = [&](const v1::Observation& seen, double joint_rad, bool success) {
+    rig.show(seen);
+    rig.planner_says(success ? v1::TASK_STATE_EXECUTING : v1::TASK_STATE_FAILED, success);
+    for (const double other_rad : {0.0, 0.1, 0.2}) {
+      v1::Posture& q = *rig.task.add_carried();
+      q.add_position_rad(joint_rad);
+      q.add_position_rad(other_rad);
+    }
+    rig.run(2500ms);
+    rig.task.Clear();
+  };
+  const auto first_joint = [](Rig& robot, const v1::Observation& seen) {
+    robot.show(seen);
+    const v1::Decision& d = robot.decision();
+    EXPECT_TRUE(d.settled());
+    return d.preselected_size() != 3 ? std::nan("") : d.preselected(2).position_rad(0);
+  };
+  planned(kPreferred, 1.0, false);
+  EXPECT_TRUE(std::isnan(first_joint(rig, kPreferred))) << "learned without success";
+  planned(kPreferred, 1.0, true);
+  planned(kOther, -1.0, true);
+  planned(kPreferred, 1.2, true);  // near the first: the same bundle, whose mean is told
+  EXPECT_NEAR(first_joint(rig, kPreferred), 1.1, 1e-12);
+  EXPECT_NEAR(first_joint(rig, kOther), -1.0, 1e-12);
+
+  params.links = file.path;
+  Rig heir(params);
+  EXPECT_NEAR(first_joint(heir, kPreferred), 1.1, 1e-12);
+  EXPECT_NEAR(first_joint(heir, kOther), -1.0, 1e-12);
+  file.replace("\"bundles\"", "\"bundle\"");
+  EXPECT_THROW(Rig{params}, ConfigError);
+}
+
+// Eq. 2.8 learns without a reward: what was saved on the way goes on as if it had never stopped.
+TEST(CognitionNode, SavedLinksThatLearnAlwaysGoOnWithTheSameBits) {
+  const PassingFile file("links.json");
+  const Architecture a = load_architecture("sequence_ladder.yaml");
+  const auto present = [&](Ladder<float>& ladder, bool recall) {
+    ladder.reset();
+    ladder.recall(recall);
+    float most = -100.0F;
+    for (long k = 0; k < std::lround(1.0 / a.dt_s); ++k) {
+      Stimulus stimulus(a);
+      const auto event = static_cast<double>(k) * a.dt_s / 0.16;
+      if (event < 3.0 && event - std::floor(event) < 0.4 && (!recall || event < 1.0)) {
+        add_input(a, "event", static_cast<std::size_t>(event), 0, 1.0, stimulus);
+      }
+      ladder.step(stimulus);
+      most = std::max(most, std::ranges::max(ladder.field(2).activity()));
+    }
+    return most;
+  };
+  Ladder<float> whole(a), resumed(a);
+  for (int i = 0; i < 5; ++i) present(whole, false);
+  const std::string learned = links_text(whole);
+  ASSERT_EQ(save_links(file.path, learned), "");
+  load_links(file.path, resumed);
+  EXPECT_EQ(links_text(resumed), learned);
+  for (int i = 0; i < 5; ++i) present(whole, false), present(resumed, false);
+  EXPECT_NE(links_text(whole), learned) << "nothing more was learned";
+  EXPECT_EQ(links_text(resumed), links_text(whole));
+  const float most = present(whole, true);
+  EXPECT_GT(most, 0.0F) << "the first event does not bring the last";
+  EXPECT_EQ(present(resumed, true), most);
 }
 
 TEST(CognitionNode, RefusesLinksThatDoNotFit) {

@@ -109,6 +109,7 @@ TEST(CognitionProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   refused("architecture=/nowhere/ladder.yaml", "no such file");
   refused("practice=[\"full,below,middle\"]",
           "cognition.practice[0]: 'full,below,middle': 'middle' is neither high nor low");
+  refused("goals=middle", "cognition.goals: 'middle' is neither high nor low\n");
   refused("rate_hz=77", "cognition.rate_hz");
   const ArchitectureFile weak("excitation: 2.4", "excitation: 0.5");
   refused("architecture=" + weak.path, "self-sustained");

@@ -197,20 +197,25 @@ TEST(Composer, ActivityIsThatOfTheirPublishedFiles) {
     int off;
     std::vector<std::pair<std::size_t, double>> u;
   };
+  // What all of them share: 100 cells, circular, a Gaussian kernel.
+  const auto file = [](double rest, const char* type, double steep, Bell kernel, double global,
+                       std::vector<Bell> stimuli) {
+    return Theirs{.cells = 100,
+                  .tau = 25,
+                  .rest = rest,
+                  .dt = 25,
+                  .type = type,
+                  .steep = steep,
+                  .shift = 0,
+                  .circular = true,
+                  .normalized = true,
+                  .excitation = kernel,
+                  .inhibition = {0, 1, 0},
+                  .global = global,
+                  .stimuli = std::move(stimuli)};
+  };
   const std::vector<Published> all = {
-      {{100,
-        25,
-        -8,
-        25,
-        "sigmoid",
-        100,
-        0,
-        true,
-        true,
-        {8, 3, 0},
-        {0, 1, 0},
-        0,
-        {{10, 5, 50}}},  // 002
+      {file(-8, "sigmoid", 100, {8, 3, 0}, 0, {{10, 5, 50}}),  // 002
        0,
        {{0, -8},
         {31, -7.98419},
@@ -219,37 +224,11 @@ TEST(Composer, ActivityIsThatOfTheirPublishedFiles) {
         {45, 5.64988},
         {49, 9.76401},
         {59, -5.68204}}},
-      {{100,
-        25,
-        -7,
-        25,
-        "heaviside",
-        1,
-        0,
-        true,
-        true,
-        {8, 3, 0},
-        {0, 1, 0},
-        0,
-        {{10, 5, 50}}},  // 016
+      {file(-7, "heaviside", 1, {8, 3, 0}, 0, {{10, 5, 50}}),  // 016
        0,
        {{0, -7}, {36, -6.39755}, {41, -0.75155}, {43, 3.40578}, {49, 10.9039}, {57, -0.75155}}},
-      {{100, 25, -7, 25, "heaviside", 1, 0, true, true, {8, 3, 0}, {0, 1, 0}, 0, {{10, 5, 50}}},
-       500,
-       {{0, -7}, {49, -7}}},
-      {{100,
-        25,
-        -10,
-        25,
-        "abs_sigmoid",
-        100,
-        0,
-        true,
-        true,
-        {5, 3, 0},
-        {0, 1, 0},
-        -0.15,
-        {{12, 5, 25}, {12.5, 5, 75}}},  // 023
+      {file(-7, "heaviside", 1, {8, 3, 0}, 0, {{10, 5, 50}}), 500, {{0, -7}, {49, -7}}},
+      {file(-10, "abs_sigmoid", 100, {5, 3, 0}, -0.15, {{12, 5, 25}, {12.5, 5, 75}}),  // 023
        0,
        {{0, -12.1013},
         {20, -1.25489},
@@ -257,19 +236,7 @@ TEST(Composer, ActivityIsThatOfTheirPublishedFiles) {
         {50, -12.1013},
         {74, 4.18663},
         {78, -0.888316}}},
-      {{100,
-        25,
-        -10,
-        25,
-        "abs_sigmoid",
-        100,
-        0,
-        true,
-        true,
-        {6, 3, 0},
-        {0, 1, 0},
-        -0.15,
-        {{10, 5, 25}, {10.5, 5, 75}}},  // 028
+      {file(-10, "abs_sigmoid", 100, {6, 3, 0}, -0.15, {{10, 5, 25}, {10.5, 5, 75}}),  // 028
        500,
        {{0, -10.0045}, {74, -10.0045}}}};
   for (const Published& p : all) {

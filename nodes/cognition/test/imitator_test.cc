@@ -88,12 +88,27 @@ TEST(Imitator, ExpectedGoalsAreDecidedFasterAndFromLess) {  // number, identity,
   EXPECT_LT(goal_onset_s({"high=0.1", "low"}, Goal::high, 0.2), 0.0);
 }
 
+TEST(Bundles, AreSortedByTheMeanDistanceOfPostures) {
+  Bundles bundles(2, 1.0);
+  const auto motion = [](double first, double second) {
+    return Eigen::MatrixXd{{first, first}, {0.0, second}};  // of two joints, two postures
+  };
+  EXPECT_EQ(bundles.add(motion(0.0, 0.0)), 0);
+  EXPECT_EQ(bundles.add(motion(0.0, 1.9)), 0) << "0.95 rad apart on average";
+  EXPECT_NEAR(bundles.all()[0].mean(1, 1), 0.95, 1e-12);
+  EXPECT_EQ(bundles.add(motion(3.0, 0.0)), 1);
+  EXPECT_EQ(bundles.add(motion(2.2, 0.0)), 1) << "the nearer one";
+  EXPECT_EQ(bundles.add(motion(-3.0, 0.0)), -1) << "no place is left";
+  EXPECT_EQ(bundles.add(Eigen::MatrixXd::Zero(3, 2)), -1) << "another arm's";
+  EXPECT_EQ(bundles.all()[1].motions, 2);
+}
+
 TEST(Imitator, GoalsHaveShares) {
-  const auto shares = expected_goals({"low=0.25", "high"});
+  const auto shares = expected_goals(parse_goals({"low=0.25", "high"}));
   EXPECT_DOUBLE_EQ(shares[0], 2.0 * 0.75 / 1.25);
   EXPECT_DOUBLE_EQ(shares[1], 2.0 * 0.25 / 0.75);
-  EXPECT_EQ(expected_goals({"high", "low"}), (std::array{1.0, 1.0}));
-  EXPECT_EQ(expected_goals({"low"}), (std::array{0.0, 4.0 / 3.0}));
+  EXPECT_EQ(expected_goals(parse_goals({"high", "low"})), (std::array{1.0, 1.0}));
+  EXPECT_EQ(expected_goals(parse_goals({"low"})), (std::array{0.0, 4.0 / 3.0}));
   EXPECT_EQ(expected_goals({}), (std::array{0.0, 0.0}));
   for (const std::vector<std::string>& wrong :
        std::vector<std::vector<std::string>>{{"middle"},

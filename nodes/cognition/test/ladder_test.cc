@@ -187,6 +187,30 @@ TEST(Ladder, TransientFieldsOfAFileLearnASequence) {
   }
 }
 
+TEST(Ladder, AFileExtendsAnother) {
+  const Architecture base = load_architecture(), more = load_architecture("bundle_ladder.yaml");
+  ASSERT_EQ(more.fields.size(), base.fields.size() + 1);
+  EXPECT_EQ(more.fields[2].params.tau_s, base.fields[2].params.tau_s);
+  EXPECT_EQ(more.links[8].name(), base.links[8].name());
+  EXPECT_EQ(more.babbling, base.babbling);
+  const PassingFile file("more.yaml");
+  const auto refused = [&](const std::string& text, const std::string& why) {
+    file.write("version: 1\nextends: " + text);
+    try {
+      const Ladder<float> ladder(load_architecture(file.path));
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const ConfigError& e) {
+      EXPECT_NE(std::string(e.what()).find(why), std::string::npos) << e.what();
+    }
+  };
+  refused("bridge_ladder.yaml\nlinks:\n  - {from: PFC, to: PFX, gain: 1}\n",
+          file.path + ":4:21: links.12.to: 'PFX' is no field");
+  refused("bridge_ladder.yaml\nfield: {excitation: 0.5}\nfields:\n  - {name: NEW, sites: [a]}\n",
+          file.path + ":5:5: fields.7: NEW: ");
+  refused("bridge_ladder.yaml\ndt_s: 0.02\n", "bridge_ladder.yaml:");
+  refused(file.path + "\n", "extends itself");
+}
+
 TEST(Ladder, RefusesWhatCannotWorkWithItsLine) {
   const auto refused = [](const std::string& from, const std::string& to, const std::string& why) {
     const ArchitectureFile file(from, to);

@@ -177,6 +177,24 @@ TEST(PlannerDrawing, AnEllipsoidShowsHowWellAPlaceIsKnown) {
   EXPECT_EQ(entity.texts(0).text(), "±3.0 mm");
 }
 
+TEST(PlannerNode, TellsTheWayWithTheObjectIfAsked) {
+  Bench bench({.upstream_s = 0.0, .carried_postures = 5});
+  v1::Decision decision;
+  decision.set_grip(v1::GRIP_FULL);
+  decision.set_transport(v1::TRANSPORT_BELOW);
+  decision.set_goal(v1::GOAL_LOW);
+  decision.set_settled(true);
+  decision.set_decided_ns(42);
+  decision.add_preselected()->add_position_rad(1.0);  // of another arm: not used
+  bench.bus.send("decision", decision, bench.now);
+  bench.bus.send("scene", bench.scene, bench.now);
+  while (bench.state() != v1::TASK_STATE_EXECUTING && bench.state() != v1::TASK_STATE_FAILED) {
+    bench.step();
+  }
+  ASSERT_EQ(bench.statuses.back().carried_size(), 5) << bench.statuses.back().reason();
+  EXPECT_EQ(bench.statuses.back().carried(4).position_rad_size(), 7);
+}
+
 TEST(PlannerNode, ReportsABlockedGoalAndHoldsStill) {
   Bench bench;
   v1::Ball& block = *bench.scene.add_obstacles();

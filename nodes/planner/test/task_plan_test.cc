@@ -159,6 +159,35 @@ TEST(TaskPlan, FullGripBelowReachesTheHighGoalToo) {
 
 /// Wherever the drives are stopped, at every sample of the plans and at the pace at which the
 /// bridge catches up, the arm comes to rest touching nothing: each joint with its own deceleration.
+double apart(const std::vector<Eigen::VectorXd>& a, const std::vector<Eigen::VectorXd>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).norm();
+  return sum / static_cast<double>(a.size());
+}
+
+TEST(TaskPlan, GoesWhereF5PreSelects) {
+  Task task = kAboveHigh;
+  const auto usual = carried_postures(demo().plan(task).value(), 12);
+  const Eigen::VectorXd &first = usual.front(), &last = usual.back();
+  const Eigen::Vector3d bar = demo().table.bridge_center;
+  EXPECT_LT(kin::end_effector(demo().arm, first).translation().x(), bar.x());
+  EXPECT_GT(kin::end_effector(demo().arm, last).translation().x(), bar.x());
+  std::vector<Eigen::VectorXd> other;  // of another elbow
+  for (std::uint64_t seed = 3; seed < 12 && other.empty(); ++seed) {
+    TaskSettings settings = demo().settings;
+    settings.roadmap.seed = seed;
+    Eigen::VectorXd start = demo().arm.home;
+    start[2] += seed % 2 == 0 ? 1.2 : -1.2;
+    const auto plan = plan_task(demo().arm, demo().table, demo().roadmap, start, task, settings);
+    if (plan && apart(carried_postures(*plan, 12), usual) > 1.0)
+      other = carried_postures(*plan, 12);
+  }
+  ASSERT_FALSE(other.empty());
+  task.preselected = other;
+  const auto led = carried_postures(demo().plan(task).value(), 12);
+  EXPECT_LT(apart(led, other), 0.5 * apart(led, usual));
+}
+
 TEST(TaskPlan, CanBeStoppedByTheDrivesEverywhere) {
   const Demo& d = demo();
   for (const Task& task : {kAboveHigh, kBelowLow, Task{Grip::full, Transport::below, "high"}}) {

@@ -71,6 +71,18 @@ TEST_F(Stage, KnowsTheOtherOne) {
   EXPECT_EQ(recognizer_.color().value, Color::dark);
 }
 
+TEST_F(Stage, AbstainsFromAColourBetweenLightAndDark) {
+  const RecognizerLimits limits;
+  for (const double off : {-0.99, 0.0, 0.99}) {
+    sight_.object_luma = limits.light_luma + off * limits.undecided_luma;
+    grasp(from_above_, 15);
+    EXPECT_EQ(recognizer_.color().value, Color::unknown) << off;
+  }
+  sight_.object_luma = limits.light_luma - 1.01 * limits.undecided_luma;
+  show(start_, std::nullopt, 20);
+  EXPECT_EQ(recognizer_.color().value, Color::dark);
+}
+
 TEST_F(Stage, SaysNothingBeforeEnoughFramesAgree) {
   grasp(from_above_, 9);
   EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
@@ -106,6 +118,18 @@ TEST_F(Stage, TellsNoTransportWithoutABridge) {  // [M18 Fig. 2.21]
   transport(0.10, from_side_, high_);
   EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
   EXPECT_EQ(recognizer_.goal().value, Goal::high);
+}
+
+TEST_F(Stage, StaysWithWhatWasPlacedWhenItsStandIsOutOfSight) {
+  sight_.bar.reset();
+  grasp(from_side_, 15);
+  transport(0.10, from_side_, high_);
+  sight_.goal_high.reset();
+  show(high_, high_ + Vector2d(-0.3, 0.1), 30);
+  EXPECT_TRUE(recognizer_.complete());
+  EXPECT_EQ(recognizer_.goal().value, Goal::high);
+  show(start_, std::nullopt, 10);
+  EXPECT_FALSE(recognizer_.complete());
 }
 
 TEST_F(Stage, StartsAnewWhenTheObjectIsBack) {

@@ -9,6 +9,8 @@
 
 #include "common/plot/gnuplot.h"
 #include "proto/cognition.pb.h"
+#include "proto/planner.pb.h"
+#include "proto/vision.pb.h"
 #include "tools/mimesis/cognition/run_fields.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
@@ -35,25 +37,63 @@ struct Sample {
 /// What a log says of decisions; times are from its start.
 struct Record {
   std::vector<v1::Explanation> explanations;
+  std::vector<std::string> seen;   ///< before each
+  std::vector<std::string> asked;  ///< test plans before each, a line each
   std::vector<double> fallen_s;
   std::vector<std::string> fields;
   std::vector<Sample> samples;
 };
 
+/// "precision" of GRIP_PRECISION, "-" if unspecified.
+std::string word(std::string name, const std::string& prefix) {
+  name = name.substr(prefix.size());
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name == "unspecified" ? "-" : name;
+}
+
+/// "full, below, high" of a decision, an observation or a plan.
+template <class Symbols>
+std::string words(const Symbols& s) {
+  return fmt::format("{}, {}, {}", word(v1::Grip_Name(s.grip()), "GRIP_"),
+                     word(v1::Transport_Name(s.transport()), "TRANSPORT_"),
+                     word(v1::Goal_Name(s.goal()), "GOAL_"));
+}
+
 Record read_record(const std::vector<OpenLog>& logs) {
   Record record;
   const Span span = span_of(logs);
   const auto wanted = [&](const log::Channel& c) {
-    return c.topic.ends_with("/explanation") || c.topic.ends_with("/fields");
+    return c.topic.ends_with("/explanation") || c.topic.ends_with("/fields") ||
+           c.topic.ends_with("/observation") || c.topic.ends_with("/proposal") ||
+           c.topic.ends_with("/status");
   };
+  std::string seen, asked, open;  // open: the test plan that was asked for
   scan_logs(logs, {wanted}, "explain", [&](const Item& item) {
     const std::string type = item.schema == nullptr ? "" : item.schema->name;
     const double time_s = static_cast<double>(item.message->log_time - span.start_ns) * 1e-9;
     v1::FieldActivity activity;
     v1::Explanation explanation;
+    v1::Observation observation;
+    v1::Decision proposal;
+    v1::TaskStatus status;
     if (type == explanation.GetTypeName() && parse(item, explanation)) {
       record.explanations.push_back(explanation);
       record.fallen_s.push_back(time_s);
+      record.seen.push_back(seen);
+      record.asked.push_back(std::exchange(asked, {}));
+      open.clear();
+    } else if (type == observation.GetTypeName() && parse(item, observation)) {
+      if (words(observation) == "-, -, -") return;  // nobody acts, or the robot's own eyes
+      seen = words(observation);
+      const std::string color = word(v1::ObjectColor_Name(observation.color()), "OBJECT_COLOR_");
+      if (color != "-") seen += ", " + color;
+    } else if (type == proposal.GetTypeName() && parse(item, proposal)) {
+      open = words(proposal);
+    } else if (type == status.GetTypeName() && parse(item, status)) {
+      const bool failed = status.state() == v1::TASK_STATE_FAILED;
+      if (words(status) != open || !(failed || status.plan_succeeded())) return;
+      asked += fmt::format("  test plan for {}: {}\n", open, failed ? status.reason() : "found");
+      open.clear();
     } else if (type == activity.GetTypeName() && parse(item, activity)) {
       Sample sample{time_s, {}};
       record.fields.clear();
@@ -67,24 +107,18 @@ Record read_record(const std::vector<OpenLog>& logs) {
   return record;
 }
 
-/// "precision" of GRIP_PRECISION, "-" if unspecified.
-std::string word(std::string name, const std::string& prefix) {
-  name = name.substr(prefix.size());
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-  return name == "unspecified" ? "-" : name;
-}
-
-std::string told(const v1::Explanation& e, double time_s) {
+std::string told(const Record& record, std::size_t at) {
+  const v1::Explanation& e = record.explanations[at];
   const v1::Decision& d = e.decision();
-  if (!d.settled()) return fmt::format("{:.2f} s: no decision: {}", time_s, d.reason());
-  return fmt::format("{:.2f} s: decided {}, {}, {} after {:.2f} s, confidence {:.2f}", time_s,
-                     word(v1::Grip_Name(d.grip()), "GRIP_"),
-                     word(v1::Transport_Name(d.transport()), "TRANSPORT_"),
-                     word(v1::Goal_Name(d.goal()), "GOAL_"), e.deciding_s(), e.confidence());
+  const std::string seen = fmt::format("{:.2f} s: seen {}; ", record.fallen_s[at], record.seen[at]);
+  if (!d.settled()) return seen + "no decision: " + d.reason();
+  return seen + fmt::format("decided {} after {:.2f} s, confidence {:.2f}", words(d),
+                            e.deciding_s(), e.confidence());
 }
 
-void print(const v1::Explanation& e, double time_s) {
-  std::cout << told(e, time_s) << '\n';
+void print(const Record& record, std::size_t at) {
+  const v1::Explanation& e = record.explanations[at];
+  std::cout << told(record, at) << '\n' << record.asked[at];
   Table table({"  FIELD", "SITE", "ACTIVE AFTER", "LEAD", "CARRIED BY"});
   for (const v1::FieldReason& f : e.fields()) {
     std::string by;
@@ -107,8 +141,8 @@ void draw(const Record& record, std::size_t at, const std::string& png) {
   std::string script = fmt::format(
       "set title {} font 'sans,12'\nset xlabel 'time of the log [s]'\nset ylabel 'max u'\nset key "
       "outside right\nset xrange [{}:{}]\n",
-      plot::quoted(told(e, end_s)), from_s, end_s + 0.2);
-  std::string curves = "plot 0 lt 7 dt 2 notitle";
+      plot::quoted(told(record, at)), from_s, end_s + 0.2);
+  std::string curves = "plot 0 lt 8 lw 1 dt 3 notitle";
   for (std::size_t f = 0; f < record.fields.size(); ++f) {
     plot::Data d{fmt::format("f{}", f), {}};
     for (const Sample& s : record.samples) {
@@ -116,13 +150,15 @@ void draw(const Record& record, std::size_t at, const std::string& png) {
         d.rows.push_back({s.time_s, s.peaks[f]});
       }
     }
-    curves += fmt::format(", ${} using 1:2 with lines lt {} title {}", d.name, f + 1,
-                          plot::quoted(record.fields[f]));
+    std::string name = record.fields[f];
     for (const v1::FieldReason& reason : e.fields()) {
       if (reason.field() != record.fields[f]) continue;
+      name += " " + reason.site();
       script += fmt::format("set arrow from {0},graph 0 to {0},graph 0.06 nohead lt {1} lw 3\n",
                             onset_s + reason.onset_s(), f + 1);
     }
+    curves += fmt::format(", ${} using 1:2 with lines lt {} lw 2 title {}", d.name, f + 1,
+                          plot::quoted(name));
     data.push_back(std::move(d));
   }
   plot::plot_png(png, 1000, 460, data, script + curves);
@@ -149,7 +185,7 @@ int explain(const ExplainOptions& options) {
     std::cout << all.dump() << '\n';
   } else {
     for (std::size_t i = 0; i < record.explanations.size(); ++i) {
-      print(record.explanations[i], record.fallen_s[i]);
+      print(record, i);
     }
   }
   if (!options.plot.empty()) {

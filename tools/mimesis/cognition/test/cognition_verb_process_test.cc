@@ -92,7 +92,10 @@ TEST(Explain, DrawsTheActivityOverTime) {
   const fs::path png = fs::temp_directory_path() / fmt::format("mimesis-why-{}.png", ::getpid());
   const Call call = explain({kLogs + "cognition.mcap", "--plot", png.string()});
   EXPECT_EQ(call.code, 0) << call.err;
-  EXPECT_NE(call.out.find("decided precision, above, high after"), std::string::npos) << call.out;
+  EXPECT_NE(
+      call.out.find("seen precision, above, high, light; decided precision, above, high after"),
+      std::string::npos)
+      << call.out;
   EXPECT_GT(fs::file_size(png), 5000U);
   fs::remove(png);
 }
