@@ -12,8 +12,6 @@ namespace {
 
 const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
 
-Eigen::Vector3d vector(const foxglove::Point3& p) { return {p.x(), p.y(), p.z()}; }
-
 /// Collects drawings by topic.
 struct Sheet {
   std::map<std::string, std::vector<std::string>> messages;
