@@ -34,13 +34,15 @@ class Draw {
 };
 
 /// Colour of a hue in the plane of U and V with this chroma, whose luma is as near to the wanted
-/// one as paint allows.
-Bgr paint(double hue_rad, double chroma, double luma) {
+/// one as paint allows. Where paint allows no `least_luma` (bright blue) the chroma is smaller.
+Bgr paint(double hue_rad, double chroma, double luma, double least_luma = 0.0) {
   constexpr double kDarkest = 20.0, kBrightest = 225.0;
-  const double u = chroma * std::cos(hue_rad), v = chroma * std::sin(hue_rad);
   // Blue, green and red beyond their luma.
-  const double blue = u / 0.492, red = v / 0.877, green = -(0.114 * blue + 0.299 * red) / 0.587;
-  const double least = std::min({blue, green, red}), most = std::max({blue, green, red});
+  double blue = chroma * std::cos(hue_rad) / 0.492, red = chroma * std::sin(hue_rad) / 0.877;
+  double green = -(0.114 * blue + 0.299 * red) / 0.587, most = std::max({blue, green, red});
+  const double grey = std::min(1.0, (kBrightest - least_luma) / most);
+  blue *= grey, green *= grey, red *= grey, most *= grey;
+  const double least = std::min({blue, green, red});
   luma = std::min(std::max(luma, kDarkest - least), kBrightest - most);
   return Vector3d(luma + blue, luma + green, luma + red).cwiseMax(kDarkest).cast<float>();
 }
@@ -52,8 +54,12 @@ void draw_paints(Draw& draw, Paints& paints) {
   const auto hue = [&](int k) {
     return kDegree * (kSkinHue + kRoom * (1 + (first + k) % 4) + draw.between(-9.0, 9.0));
   };
+  // A light object has a luma of 150 at least, a dark one of 100 at most (the darkest paint bounds
+  // it): shade takes 8 to 16 %, and vision abstains from 92 to 116.
+  constexpr double kLight = 150.0;
   const double object = hue(0);
-  paints.light_object = paint(object, draw.between(45.0, 55.0), draw.between(150.0, 180.0));
+  paints.light_object =
+      paint(object, draw.between(45.0, 55.0), draw.between(kLight, 180.0), kLight);
   paints.dark_object = paint(object, draw.between(30.0, 40.0), draw.between(60.0, 80.0));
   paints.bridge = paint(hue(1), draw.between(45.0, 65.0), draw.between(115.0, 150.0));
   paints.goal_high = paint(hue(2), draw.between(45.0, 65.0), draw.between(100.0, 160.0));

@@ -65,8 +65,10 @@ void ActionRecognizer::remember_start(const Sight& sight) {
   if (stage_ != Stage::waiting) restart();
   start_ = object;
   if (sight.object_luma) {
-    const bool light = *sight.object_luma > limits_.light_luma;
-    color_.vote(light ? Color::light : Color::dark, limits_.grip_votes, limits_.agreement);
+    const double lighter = *sight.object_luma - limits_.light_luma;
+    Color color = lighter > 0.0 ? Color::light : Color::dark;
+    if (std::abs(lighter) < limits_.undecided_luma) color = Color::unknown;
+    color_.vote(color, limits_.grip_votes, limits_.agreement);
   }
 }
 

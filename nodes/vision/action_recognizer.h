@@ -41,7 +41,8 @@ struct RecognizerLimits {
   double moved_m = 0.03;           ///< the object has left its place
   double still_m = 0.006;          ///< motion within a rest
   double goal_radius_m = 0.05;     ///< recognizer: rest this close counts; sizes: a cap
-  double light_luma = 115.0;       ///< boundary between a light and a dark object
+  double light_luma = 104.0;       ///< boundary between a light and a dark object
+  double undecided_luma = 12.0;    ///< abstain this close to it
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -58,6 +59,7 @@ struct RecognizerLimits {
     v("still_m", still_m, 1e-4, 0.5);
     v("goal_radius_m", goal_radius_m, 0.005, 1.0);
     v("light_luma", light_luma, 0.0, 255.0);
+    v("undecided_luma", undecided_luma, 0.0, 127.0);
   }
 };
 

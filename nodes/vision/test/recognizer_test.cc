@@ -78,6 +78,18 @@ TEST_F(Stage, KnowsTheOtherOne) {
   EXPECT_EQ(recognizer_.color().value, Color::dark);
 }
 
+TEST_F(Stage, AbstainsFromAColourBetweenLightAndDark) {
+  const RecognizerLimits limits;
+  for (const double off : {-0.99, 0.0, 0.99}) {
+    sight_.object_luma = limits.light_luma + off * limits.undecided_luma;
+    grasp(from_above_, 15);
+    EXPECT_EQ(recognizer_.color().value, Color::unknown) << off;
+  }
+  sight_.object_luma = limits.light_luma - 1.01 * limits.undecided_luma;
+  show(start_, std::nullopt, 20);
+  EXPECT_EQ(recognizer_.color().value, Color::dark);
+}
+
 TEST_F(Stage, SaysNothingBeforeEnoughFramesAgree) {
   grasp(from_above_, 9);
   EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
