@@ -73,7 +73,7 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
   const Vector3d n = pose.palm_normal.normalized();
   const Vector3d s = n.cross(x);  // towards the thumb of a left hand
   const auto point = [&](double along, double side, double normal) -> Vector3d {
-    return pose.wrist + pose.scale * (along * x + side * s + normal * n);
+    return pose.wrist + pose.scale * along * x + pose.scale * side * s + pose.scale * normal * n;
   };
   const bool precision = grip == Grip::precision;
   const Posture& posture = precision ? kPrecision : kFull;
