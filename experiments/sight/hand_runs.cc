@@ -28,7 +28,7 @@ constexpr double kLostTurn_rad = std::numbers::pi / 3.0, kRightTurn_rad = 0.611;
 /// Cameras as the tracker knows them, and the first guess.
 struct Stage {
   HandWorld world;
-  std::vector<image::Pinhole> cameras;
+  std::vector<image::Camera> cameras;
   Vector3d p_TH;
   Matrix3d R_TH;
 
@@ -61,8 +61,8 @@ vision::HandTrackerSetup setup_for(const HandTrial& trial, const HandWorld& worl
   return setup;
 }
 
-void draw_skeleton(const HandTracker& tracker, const image::Pinhole& first,
-                   const image::Pinhole& camera, image::Image& image) {
+void draw_skeleton(const HandTracker& tracker, const image::Camera& first,
+                   const image::Camera& camera, image::Image& image) {
   vision::HandCapsules capsules;
   tracker.model().capsules(tracker.estimate().pose, capsules);
   cv::Mat view(image.height, image.width, CV_8UC3, image.bgr.data());
@@ -179,7 +179,7 @@ HandCourse freeze_hand(const HandTrial& trial) {
 
 HandCourse follow_blob(const HandTrial& trial) {
   Stage stage(trial);
-  const image::Pinhole& camera = stage.cameras[0];
+  const image::Camera& camera = stage.cameras[0];
   vision::SkinDensity density(camera.width(), camera.height());
   vision::Evidence evidence;
   evidence.resize(density.raster_width(), density.raster_height());
@@ -217,7 +217,7 @@ HandCourse follow_blob(const HandTrial& trial) {
 HandCourse track_by_free_histogram(const HandTrial& trial) {
   constexpr int kDimensions = 26, kGenerations = 60, kBins = 24, kMargin = 8;
   Stage stage(trial);
-  const image::Pinhole& camera = stage.cameras[0];
+  const image::Camera& camera = stage.cameras[0];
   const int cell = 4, width = camera.width() / cell, height = camera.height() / cell;
   vision::HandModel model(stage.world.anatomy().left, stage.world.anatomy().length_m);
   vision::HandRaster raster(width, height);

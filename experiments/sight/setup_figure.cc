@@ -4,10 +4,9 @@
 #include "common/image/image_file.h"
 #include "common/model/files.h"
 #include "experiments/sight/figures.h"
-#include "nodes/camera/random_scene.h"
+#include "experiments/sight/shown_scene.h"
 #include "nodes/camera/robot_renderer.h"
 #include "nodes/vision/robot_table.h"
-#include "nodes/vision/table_watcher.h"
 
 namespace mimesis::sight {
 namespace {
@@ -31,19 +30,6 @@ vision::TableWatcher watcher_of(const std::array<image::Camera, 2>& cameras, boo
   setup.right = cameras[1];
   if (robot) setup.stereo.goal_form = "block";
   return vision::TableWatcher(setup);
-}
-
-void teach(vision::TableWatcher& watcher, const image::Image& shown,
-           const std::vector<camera::Click>& clicks) {
-  std::vector<vision::TaughtRegion> regions;
-  for (const camera::Click& c : clicks) {
-    for (std::size_t k = 1; k < vision::kKinds; ++k) {
-      const auto kind = static_cast<vision::Kind>(k);
-      if (vision::name(kind) == c.name) regions.push_back({kind, c.left, c.top, c.width, c.height});
-    }
-  }
-  const auto taught = watcher.teach(shown, regions);
-  if (!taught) throw std::runtime_error(taught.error().reason);
 }
 
 /// The teacher's table: precision grip, above the bridge, to the high goal.

@@ -20,6 +20,10 @@ struct Shown {
   }
 };
 
+/// Teaches vision the colours of what was clicked on. @throws std::runtime_error
+void teach(vision::TableWatcher& watcher, const image::Image& shown,
+           const std::vector<camera::Click>& clicks);
+
 /// Vision with the calibration and a lesson of a few clicks.
 vision::TableWatcher watcher_for(Shown& shown, std::uint64_t seed);
 

@@ -73,7 +73,7 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
   const Vector3d n = pose.palm_normal.normalized();
   const Vector3d s = n.cross(x);  // towards the thumb of a left hand
   const auto point = [&](double along, double side, double normal) -> Vector3d {
-    return pose.wrist + along * x + side * s + normal * n;
+    return pose.wrist + pose.scale * along * x + pose.scale * side * s + pose.scale * normal * n;
   };
   const bool precision = grip == Grip::precision;
   const Posture& posture = precision ? kPrecision : kFull;
@@ -113,6 +113,10 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
     out.push_back(
         {point(a.x(), a.y(), a.z()), point(b.x(), b.y(), b.z()), radius, 0.84 * radius, true});
     radius *= 0.84;
+  }
+  for (std::size_t k = 2; k < out.size(); ++k) {
+    out[k].radius_a *= pose.scale;
+    out[k].radius_b *= pose.scale;
   }
 }
 

@@ -125,6 +125,8 @@ RandomScene random_scene(const Picture& usual, std::uint64_t seed) {
   picture.faults = {draw.between(2.0, 8.0), draw.between(0.4, 1.2), draw.between(0.8, 1.25),
                     draw.between(0.85, 1.15)};
   picture.clutter = static_cast<int>(draw.between(0.0, 12.0));
+  picture.script.hand_scale = draw.between(0.93, 1.07);
+  picture.script.tilt_rad = draw.between(-0.26, 0.26);
   return {picture, random_cameras(usual.view, seed)};
 }
 

@@ -14,7 +14,8 @@ struct RandomScene {
 };
 
 /// Draws a scene from ranges around `usual`, whose lesson it keeps: places and sizes of all things,
-/// their colours, heights of bridge and stands, light, noise, blur, clutter; places, directions and
+/// their colours, heights of bridge and stands, light, noise, blur, clutter; size and tilt of the
+/// teacher's hand; places, directions and
 /// lenses of the cameras. The same seed gives the same scene.
 RandomScene random_scene(const Picture& usual, std::uint64_t seed);
 

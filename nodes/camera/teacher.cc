@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -172,15 +173,20 @@ TeacherPose TeacherMotion::pose(double t_s) const {
   pose.object = {object.x(), object.y(), 0.0};
   pose.closure = ramp(phase, kTouched - 0.03, kClosed);
   if (moved) pose.closure *= 1.0 - ramp(phase, kPlaced, kReleased);
+  pose.scale = script_.hand_scale;
+  Vector3d touched(grasp.x(), grasp.y(), 0.0), wrist;  // where the hand holds; the wrist from there
   if (script_.lesson.grip == Grip::precision) {
-    const double tips = grasp.y() + 0.5 * table_.object_height_m;
+    touched.y() += 0.5 * table_.object_height_m;
+    wrist = {-pose.scale * kPrecisionAhead, pose.scale * kPrecisionBelow, 0.0};
     pose.palm_normal = -Vector3d::UnitY();
-    pose.wrist = {grasp.x() - kPrecisionAhead, tips + kPrecisionBelow, 0.0};
   } else {
+    wrist = {-pose.scale * kFullAhead, 0.0, -(table_.object_radius_m + 0.015 * pose.scale)};
     pose.palm_normal = Vector3d::UnitZ();
-    pose.wrist = {grasp.x() - kFullAhead, grasp.y(), -(table_.object_radius_m + 0.015)};
   }
-  pose.palm = pose.wrist + 0.075 * pose.fingers + 0.02 * pose.palm_normal;
+  const Eigen::AngleAxisd tilt(script_.tilt_rad, Vector3d::UnitX());
+  pose.palm_normal = tilt * pose.palm_normal;
+  pose.wrist = touched + tilt * wrist;
+  pose.palm = pose.wrist + 0.075 * pose.scale * pose.fingers + 0.02 * pose.scale * pose.palm_normal;
   const double elevation = forearm_elevation(pose.wrist.head<2>());
   pose.elbow = pose.wrist + kForearm * Vector3d(-std::cos(elevation), std::sin(elevation), 0.0);
   return pose;

@@ -29,6 +29,8 @@ struct TeacherScript {
   double pause_s = 1.5;        ///< rest after each, before the object is back at its start
   int repeat = 1;              ///< number of demonstrations
   bool only_grasp = false;     ///< the teacher stops after grasping [M18 Fig. 2.20]
+  double hand_scale = 1.0;     ///< size of the hand over 185 mm [1]
+  double tilt_rad = 0.0;       ///< of the palm about its fingers, out of down or sideways
 };
 
 /// Linear colour, blue green red, 0..255.
@@ -71,6 +73,7 @@ struct TeacherPose {
   Eigen::Vector3d fingers = Eigen::Vector3d::UnitX();       ///< direction wrist -> knuckles
   Eigen::Vector3d palm_normal = -Eigen::Vector3d::UnitY();  ///< out of the palm
   Eigen::Vector3d elbow = Eigen::Vector3d::Zero();
+  double scale = 1.0;                                ///< of the hand [1]
   double closure = 0.0;                              ///< fingers: 0 open .. 1 around the object
   Eigen::Vector3d object = Eigen::Vector3d::Zero();  ///< centre
   bool held = false;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "nodes/vision/blob_tracker.h"
-
 namespace mimesis::vision {
 
 using Eigen::Vector2d;
@@ -18,9 +16,16 @@ void ActionRecognizer::Ballot<T>::vote(T value, int needed, double agreement) {
     return;
   }
   ++(value == first ? votes_first : votes_second);
+  settle(needed, agreement);
+}
+
+template <class T>
+void ActionRecognizer::Ballot<T>::settle(int needed, double agreement) {
+  if (symbol.value != T::unknown) return;
   const int most = std::max(votes_first, votes_second);
+  if (most < needed) return;
   const double share = static_cast<double>(most) / (votes_first + votes_second);
-  if (most < needed || share < agreement) return;
+  if (share < agreement) return;
   symbol = {votes_first > votes_second ? first : second, share};
 }
 
@@ -28,9 +33,7 @@ void ActionRecognizer::update(const Sight& sight) {
   angle_.reset();
   const bool both = sight.object && sight.palm;
   const double distance = both ? (*sight.palm - *sight.object).norm() : INFINITY;
-  if (distance < limits_.reach_m) {
-    angle_ = palm_angle(*sight.palm, *sight.object, limits_.clearance_m);
-  }
+  if (distance < limits_.reach_m) angle_ = sight.palm_angle_rad;
   // Away: clearly farther than where a grasp begins, or out of view while the object is seen.
   hand_away_ = sight.object && distance > limits_.reach_m;
   away_frames_ = hand_away_ ? away_frames_ + 1 : 0;
@@ -84,14 +87,18 @@ void ActionRecognizer::judge_grip(const Sight& sight) {
 }
 
 void ActionRecognizer::judge_transport(const Sight& sight) {
+  constexpr int kPassing = 2;  // pictures beside the bridge that are enough once it is passed
   if (!sight.bar || !sight.object) return;
-  if (std::abs(sight.object->x() - sight.bar->x()) > limits_.bridge_zone_m) return;
+  const double beyond = sight.object->x() - sight.bar->x();
+  if (beyond > limits_.bridge_zone_m) transport_.settle(kPassing, limits_.agreement);
+  if (std::abs(beyond) > limits_.bridge_zone_m) return;
   // Wrist and object are on the same side of the bar; the nearer of the two decides.
   const double object = sight.object->y() - sight.bar->y();
-  const double palm = sight.palm ? sight.palm->y() - sight.bar->y() : object;
+  const auto& hand = sight.wrist ? sight.wrist : sight.palm;
+  const double wrist = hand ? hand->y() - sight.bar->y() : object;
   Transport transport = Transport::unknown;
-  if (std::min(object, palm) > limits_.bridge_margin_m) transport = Transport::above;
-  if (std::max(object, palm) < -limits_.bridge_margin_m) transport = Transport::below;
+  if (std::min(object, wrist) > limits_.bridge_margin_m) transport = Transport::above;
+  if (std::max(object, wrist) < -limits_.bridge_margin_m) transport = Transport::below;
   transport_.vote(transport, limits_.transport_votes, limits_.agreement);
 }
 

@@ -12,7 +12,10 @@ enum class Color { unknown, light, dark };
 
 /// Evidence of one picture, frame T [m]; things not seen are absent.
 struct Sight {
-  std::optional<Eigen::Vector2d> object, palm;         ///< centres
+  std::optional<Eigen::Vector2d> object, palm;  ///< centres of the blobs
+  std::optional<Eigen::Vector2d> wrist;         ///< by the hand model
+  /// Palm's normal against the vertical [rad]: 0 from above, π/2 from the side.
+  std::optional<double> palm_angle_rad;
   std::optional<Eigen::Vector2d> bar;                  ///< middle of the bridge's bar
   std::optional<Eigen::Vector2d> goal_high, goal_low;  ///< where the object's centre would rest
   std::optional<double> object_luma;                   ///< 0..255, corrected for the light
@@ -27,11 +30,11 @@ struct Symbol {
 
 struct RecognizerLimits {
   int grip_votes = 10;             ///< pictures needed for the grip
-  int transport_votes = 5;         ///< pictures needed beside the bridge
+  int transport_votes = 5;         ///< pictures needed beside the bridge; 2 once it is passed
   int rest_frames = 6;             ///< pictures without motion that make a rest
   double agreement = 0.8;          ///< share of votes needed [1]
   double reach_m = 0.17;           ///< palm and object belong together below it
-  double clearance_m = 0.054;      ///< least distance of the centres of palm and object
+  double clearance_m = 0.054;      ///< without the hand model: least distance of palm and object
   double undecided_rad = 0.1745;   ///< abstain this close to the boundary of 45°
   double bridge_zone_m = 0.09;     ///< transport is judged this far to both sides of the bar
   double bridge_margin_m = 0.012;  ///< abstain this close to the bar's middle height
@@ -60,10 +63,11 @@ struct RecognizerLimits {
   }
 };
 
-/// Turns observations into symbols [M18 2.2.1]: grip from the palm's orientation towards the object
-/// up to contact, transport from wrist and object beside the bridge, goal from the place where the
-/// object comes to rest. A symbol, once decided, stays until a new demonstration begins: the object
-/// back before the bridge, at rest and alone, or the hand back at it after having been away.
+/// Turns observations into symbols [M18 2.2.1]: grip from the orientation of the palm near the
+/// object until it moves, transport from wrist and object beside the bridge, goal from the place
+/// where the object comes to rest. A symbol, once decided, stays until a new demonstration begins:
+/// the object back before the bridge, at rest and alone, or the hand back at it after having been
+/// away.
 class ActionRecognizer {
  public:
   explicit ActionRecognizer(const RecognizerLimits& limits) : limits_(limits) {}
@@ -74,6 +78,10 @@ class ActionRecognizer {
   const Symbol<Goal>& goal() const { return goal_.symbol; }
   const Symbol<Color>& color() const { return color_.symbol; }
   bool complete() const { return complete_; }
+  /// The means are not decided: hand and wrist are still looked for.
+  bool needs_hand() const {
+    return grip_.symbol.value == Grip::unknown || transport_.symbol.value == Transport::unknown;
+  }
   /// Newest palm angle [rad]; nothing if hand or object are not seen or too far apart.
   std::optional<double> palm_angle_rad() const { return angle_; }
   int grip_abstentions() const { return grip_.abstained; }  ///< in this demonstration
@@ -89,6 +97,7 @@ class ActionRecognizer {
     int votes_first = 0, votes_second = 0, abstained = 0;
     Symbol<T> symbol;
     void vote(T value, int needed, double agreement);
+    void settle(int needed, double agreement);
     void clear() { *this = Ballot{first, second}; }
   };
 

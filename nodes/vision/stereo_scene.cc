@@ -115,6 +115,7 @@ std::vector<StereoScene::Pair> StereoScene::pairs(Kind kind, std::span<const Reg
 void StereoScene::update(std::span<const Region> left, std::span<const Region> right) {
   changes_.clear();
   unmatched_ = 0;
+  regions_ = {left, right};
   for (const Kind kind : kThings) {
     std::vector<Pair> found = pairs(kind, left, right);
     const auto shows = [&](std::span<const Region> regions) {
@@ -219,6 +220,25 @@ std::array<double, 2> StereoScene::usual_areas(const Track& track) const {
   return out;
 }
 
+/// Whether a region of another kind, or of the hand, is beside a thing in one of the pictures: by
+/// the boxes around both.
+bool StereoScene::covered(Kind kind, const Pair& pair) const {
+  const auto half = [](const Outline& o) -> Eigen::Array2d {
+    constexpr double kHalf = 2.0;  // of a disc over its standard deviation; a square's is less
+    return kHalf * o.spread.diagonal().array().sqrt();
+  };
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Outline& seen = pair.seen[side];
+    const auto touches = [&](const Region& r) {
+      if (r.kind == kind || r.moments.area < limits_.min_area) return false;
+      const Outline other = outline_of(r.moments);
+      return ((other.mean - seen.mean).array().abs() < half(other) + half(seen)).all();
+    };
+    if (std::ranges::any_of(regions_[side], touches)) return true;
+  }
+  return false;
+}
+
 void StereoScene::see(Track& track, const Pair& pair) {
   constexpr int kSudden = 3;       // pictures elsewhere that are no outlier
   constexpr double kWhole = 0.12;  // what is all in view keeps its area but for its distance
@@ -226,14 +246,17 @@ void StereoScene::see(Track& track, const Pair& pair) {
   track.thing.seen = true;
   track.last = pair.middle;
   const auto areas = usual_areas(track);
-  double change = 0.0;
+  double change = 0.0, least = 1.0;
   const Vector3d usual = usual_place(track);
   for (std::size_t side = 0; side < 2; ++side) {
     const double nearer = cameras_[side].depth(usual) / cameras_[side].depth(pair.middle);
     const double expected = areas[side] * nearer * nearer;
-    change = std::max(change, std::abs(pair.seen[side].area / expected - 1.0));
+    const double share = pair.seen[side].area / expected;
+    change = std::max(change, std::abs(share - 1.0));
+    least = std::min(least, share);
   }
   const double away = (pair.middle - usual).norm();
+  if (least < 1.0 - kAlikeAreas && away < kHere && covered(track.thing.kind, pair)) return;
   track.elsewhere = away > limits_.moved_m ? track.elsewhere + 1 : 0;
   track.unlike = change > kWhole ? track.unlike + 1 : 0;
   if (track.elsewhere >= kSudden && (track.unlike == 0 || track.unlike >= kMemory)) {

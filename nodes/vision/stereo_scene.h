@@ -77,6 +77,7 @@ struct Thing {
 /// calibrated cameras. Regions of one class that lie on each other's epipolar lines are one thing;
 /// what is seen in the same place again and again is averaged over the pictures in which neither
 /// camera has less of it (hidden) or more (grown together) than usual, and a solid is fitted to it.
+/// What something stands before, or on, stays as it was seen without it, for however long.
 class StereoScene {
  public:
   StereoScene(const image::Camera& left, const image::Camera& right, const SceneLimits& limits);
@@ -121,6 +122,7 @@ class StereoScene {
   std::optional<std::pair<std::size_t, std::size_t>> sole_move(std::span<Track* const> waiting,
                                                                std::span<const Pair> pairs) const;
   void see(Track& track, const Pair& pair);
+  bool covered(Kind kind, const Pair& pair) const;
   void restart(Track& track, const Pair& pair);
   void measure(Track& track);
   Eigen::Matrix3d rig_covariance(const Eigen::Vector3d& center) const;
@@ -129,6 +131,7 @@ class StereoScene {
 
   std::array<image::Camera, 2> cameras_;
   SceneLimits limits_;
+  std::array<std::span<const Region>, 2> regions_;  ///< of the newest pair, during update()
   std::vector<Track> tracks_;
   std::vector<Thing> things_;
   std::vector<std::string> changes_;

@@ -53,11 +53,16 @@ TableWatcher::TableWatcher(const WatcherSetup& setup)
       segmentation_(segmentation_for(setup)),
       right_segmentation_(segmentation_for(setup)),
       tracker_(setup.tracker),
+      min_hand_area_(setup.tracker.min_hand_area),
+      clearance_m_(setup.recognizer.clearance_m),
       recognizer_(setup.recognizer),
       object_body_(cylinder(sizes_.object_radius_m, sizes_.object_height_m)),
       bar_body_(box(sizes_.bar_width_m, sizes_.bar_thickness_m, sizes_.bar_span_m)),
       cap_body_(cylinder(sizes_.goal_radius_m, sizes_.goal_cap_m)) {
-  if (right_) stereo_.emplace(camera_, *right_, setup.stereo);
+  if (!right_) return;
+  stereo_.emplace(camera_, *right_, setup.stereo);
+  const std::array eyes{camera_, *right_};
+  if (TeacherHand::possible(setup.hand, eyes)) hand_.emplace(setup.hand, eyes);
 }
 
 std::optional<Vector2d> TableWatcher::place(Kind kind, const Body& body) const {
@@ -128,6 +133,8 @@ Goal TableWatcher::classify(const Thing& goal) const {
 
 void TableWatcher::look_at_hand() {
   sight_.palm.reset();
+  sight_.wrist.reset();
+  sight_.palm_angle_rad.reset();
   palm_.reset();
   const Blob& hand = blob(Kind::hand);
   if (!hand.found()) return;
@@ -137,6 +144,45 @@ void TableWatcher::look_at_hand() {
   const Vector2d reach = camera_.project(at + 0.1 * Eigen::Vector3d::UnitX()) - camera_.project(at);
   palm_ = find_palm(runs(), hand, reach, sizes_.hand_length_m * camera_.scale(at));
   if (palm_) sight_.palm = camera_.on_plane(palm_->center.x(), palm_->center.y());
+}
+
+/// Grip and transport are read off the hand model until they are decided. Without it the palm is
+/// taken to face the object.
+void TableWatcher::follow_hand() {
+  if (!hand_) {
+    if (sight_.palm && sight_.object)
+      sight_.palm_angle_rad = palm_angle(*sight_.palm, *sight_.object, clearance_m_);
+    return;
+  }
+  if (!recognizer_.needs_hand()) return hand_->forget();
+  if (!right_new_) return;
+  hand_->follow(sight_.palm, recognizer_.grip().value == Grip::unknown);
+  if (!hand_->sight()) return;
+  sight_.wrist = hand_->sight()->wrist.head<2>();
+  sight_.palm_angle_rad = hand_->sight()->palm_angle_rad;
+}
+
+const image::Image& TableWatcher::as_bgr(const YuyvImage& picture) {
+  if (bgr_.width != picture.width || bgr_.height != picture.height)
+    bgr_ = image::Image(picture.width, picture.height);
+  for (int v = 0; v < bgr_.height; ++v) {
+    for (int u = 0; u < bgr_.width; ++u) {
+      const Eigen::Vector3d bgr = bgr_at(picture, u, v);
+      for (int c = 0; c < 3; ++c) bgr_.at(u, v)[c] = static_cast<std::uint8_t>(bgr[c]);
+    }
+  }
+  return bgr_;
+}
+
+bool TableWatcher::two_hands() const {
+  const Blob& hand = blob(Kind::hand);
+  for (std::size_t i = 0; i < regions().size(); ++i) {
+    const Region& r = regions()[i];
+    if (r.kind == Kind::hand && r.moments.area >= min_hand_area_ &&
+        !std::ranges::binary_search(hand.regions, static_cast<int>(i)))
+      return true;
+  }
+  return false;
 }
 
 template <class Picture>
@@ -176,16 +222,20 @@ void TableWatcher::watch_any(const Picture& picture) {
   segmentation_.segment(picture);
   tracker_.update(regions());
   if (right_new_) stereo_->update(regions(), right_segmentation_.regions());
-  right_new_ = false;
   look();
+  if (hand_ && recognizer_.needs_hand()) hand_->see(0, as_bgr(picture), labels());
+  follow_hand();
+  right_new_ = false;
   sight_.object_luma = object_luma(picture);
-  recognizer_.update(sight_);
+  if (!two_hands()) recognizer_.update(sight_);
 }
 
 template <class Picture>
 void TableWatcher::watch_right_any(const Picture& picture) {
   MIMESIS_ASSERT(right_ && picture.width == right_->width() && picture.height == right_->height());
   right_segmentation_.segment(picture);
+  if (hand_ && recognizer_.needs_hand())
+    hand_->see(1, as_bgr(picture), right_segmentation_.labels());
   right_new_ = true;
 }
 

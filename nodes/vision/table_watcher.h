@@ -9,6 +9,7 @@
 #include "nodes/vision/solids.h"
 #include "nodes/vision/stereo_scene.h"
 #include "nodes/vision/teach.h"
+#include "nodes/vision/teacher_hand.h"
 
 namespace mimesis::vision {
 
@@ -50,6 +51,7 @@ struct WatcherSetup {
   double small_gap_m = 0.125;  ///< a lone goal that is nearer to the bar's height is a high one
   TrackerLimits tracker;
   TableSizes sizes;
+  TeacherHandSetup hand;
   RecognizerLimits recognizer;
 };
 
@@ -101,6 +103,10 @@ class TableWatcher {
   const Sight& sight() const { return sight_; }
   const std::optional<Palm>& palm() const { return palm_; }
   const ActionRecognizer& action() const { return recognizer_; }
+  /// The hand by its model; null with one camera, or where a hand is too small for it.
+  const TeacherHand* hand() const { return hand_ ? &*hand_ : nullptr; }
+  /// A second skin region as large as a hand: symbols would mean nothing.
+  bool two_hands() const;
   /// Lower edge of the bar above the table [m]; nothing without a bridge.
   std::optional<double> bridge_height_m() const;
   const TableSizes& sizes() const { return sizes_; }
@@ -124,6 +130,9 @@ class TableWatcher {
   void look_with_two();
   std::optional<Eigen::Vector2d> place(Kind kind, const Body& body) const;
   void look_at_hand();
+  void follow_hand();
+  const image::Image& as_bgr(const image::Image& picture) { return picture; }
+  const image::Image& as_bgr(const YuyvImage& picture);
   template <class Picture>
   std::optional<double> object_luma(const Picture& picture) const;
 
@@ -136,6 +145,10 @@ class TableWatcher {
   bool right_new_ = false;
   std::optional<StereoScene> stereo_;
   BlobTracker tracker_;
+  int min_hand_area_;
+  double clearance_m_;
+  std::optional<TeacherHand> hand_;
+  image::Image bgr_;
   ActionRecognizer recognizer_;
   Body object_body_, bar_body_, cap_body_;
   SteadyPlace bar_, goal_high_, goal_low_;

@@ -81,10 +81,34 @@ ColorSpot spot_in(const ColorBox& box) {
   return spot;
 }
 
+std::vector<std::string> alike(const ColorSpots& spots, const Eigen::Vector3d& table_bgr) {
+  constexpr double kAlike = 3.0;  // standard deviations
+  std::vector<std::string> out;
+  const Yuv table = to_yuv(table_bgr[0], table_bgr[1], table_bgr[2]);
+  for (std::size_t k = 1; k < kKinds; ++k) {
+    if (!spots.of[k]) continue;
+    const auto kind = static_cast<Kind>(k);
+    if (spots.of[k]->distance2(table) < kAlike * kAlike) {
+      out.push_back(
+          fmt::format("{} has the chroma of the table: choose a stronger colour", name(kind)));
+    }
+    for (std::size_t other = k + 1; other < kKinds; ++other) {
+      if (!spots.of[other]) continue;
+      const double distance = apart(*spots.of[k], *spots.of[other]);
+      if (distance < kAlike) {
+        out.push_back(
+            fmt::format("{} and {} are {:.1f} standard deviations apart, expected {} or more: they "
+                        "will be taken for each other",
+                        name(kind), name(static_cast<Kind>(other)), distance, kAlike));
+      }
+    }
+  }
+  return out;
+}
+
 tl::expected<Lesson, Status> teach(const image::Image& image, std::span<const TaughtRegion> regions,
                                    const Eigen::Vector3d& gain_bgr) {
   constexpr int kFewest = 9;
-  constexpr double kAlike = 3.0;  // standard deviations
   Lesson out;
   std::array<std::vector<Yuv>, kKinds> pixels;
   for (const TaughtRegion& r : regions) {
@@ -112,25 +136,7 @@ tl::expected<Lesson, Status> teach(const image::Image& image, std::span<const Ta
     out.spots.of[k] = spot_of(pixels[k]);
   }
   out.reference_bgr = gain_bgr.cwiseProduct(median_bgr(image));
-  const Yuv table = to_yuv(out.reference_bgr[0], out.reference_bgr[1], out.reference_bgr[2]);
-  for (std::size_t k = 1; k < kKinds; ++k) {
-    if (!out.spots.of[k]) continue;
-    const auto kind = static_cast<Kind>(k);
-    if (out.spots.of[k]->distance2(table) < kAlike * kAlike) {
-      out.warnings.push_back(
-          fmt::format("{} has the chroma of the table: choose a stronger colour", name(kind)));
-    }
-    for (std::size_t other = k + 1; other < kKinds; ++other) {
-      if (!out.spots.of[other]) continue;
-      const double distance = apart(*out.spots.of[k], *out.spots.of[other]);
-      if (distance < kAlike) {
-        out.warnings.push_back(
-            fmt::format("{} and {} are {:.1f} standard deviations apart, expected {} or more: they "
-                        "will be taken for each other",
-                        name(kind), name(static_cast<Kind>(other)), distance, kAlike));
-      }
-    }
-  }
+  out.warnings = alike(out.spots, out.reference_bgr);
   return out;
 }
 

@@ -30,6 +30,9 @@ struct Lesson {
 tl::expected<Lesson, Status> teach(const image::Image& image, std::span<const TaughtRegion> regions,
                                    const Eigen::Vector3d& gain_bgr = Eigen::Vector3d::Ones());
 
+/// Warnings of colours that are those of the table, or of each other.
+std::vector<std::string> alike(const ColorSpots& spots, const Eigen::Vector3d& table_bgr);
+
 /// A spot that fills a box, for classes that are not taught.
 ColorSpot spot_in(const ColorBox& box);
 

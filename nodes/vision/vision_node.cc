@@ -58,6 +58,25 @@ void add_box(const Moments& m, Kind kind, foxglove::ImageAnnotations& out) {
   paint(kind, text->mutable_text_color());
 }
 
+/// The axes of the hand model's capsules.
+void add_bones(const TableWatcher& watcher, foxglove::ImageAnnotations& out) {
+  const HandTracker& tracker = watcher.hand()->tracker();
+  HandCapsules capsules;
+  tracker.model().capsules(tracker.estimate().pose, capsules);
+  auto* lines = out.add_points();
+  lines->set_type(foxglove::PointsAnnotation::LINE_LIST);
+  lines->set_thickness(1.0);
+  paint(Kind::hand, lines->mutable_outline_color());
+  for (const Capsule& c : std::span(capsules).first(kHandCapsules - kForearmCapsules)) {
+    for (const Eigen::Vector3f& end : {c.a, c.b}) {
+      const Eigen::Vector2d pixel = watcher.camera().lens().project(end.cast<double>());
+      auto* p = lines->add_points();
+      p->set_x(pixel.x());
+      p->set_y(pixel.y());
+    }
+  }
+}
+
 std::string summary(const ActionRecognizer& action) {
   constexpr std::array<const char*, 3> kGrip{"?", "precision", "full"};
   constexpr std::array<const char*, 3> kTransport{"?", "above", "below"};
@@ -222,6 +241,7 @@ foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher) {
     circle->set_thickness(2.0);
     paint(Kind::hand, circle->mutable_outline_color());
   }
+  if (watcher.hand() != nullptr && watcher.hand()->sight()) add_bones(watcher, out);
   auto* text = out.add_texts();
   text->mutable_position()->set_x(8.0);
   text->mutable_position()->set_y(24.0);
@@ -258,6 +278,7 @@ void VisionParams::visit(runtime::ParamVisitor& v) {
   group("table", table);
   group("tracker", setup.tracker);
   group("sizes", setup.sizes);
+  group("teacher_hand", setup.hand);
   group("recognizer", setup.recognizer);
 }
 
@@ -373,6 +394,17 @@ bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera
                        m.width(), m.height(), m.encoding()));
     return false;
   }
+  // What a lost packet leaves of a frame; all of it empty is black.
+  const auto empty = [&](std::uint64_t v) {
+    return std::string_view(m.data()).substr(v * m.step(), row).find_first_not_of('\0') ==
+           std::string_view::npos;
+  };
+  std::uint64_t whole = height;
+  while (whole > 0 && empty(whole - 1)) --whole;
+  if (whole > 0 && height - whole > height / 50) {
+    refuse(fmt::format("torn: the last {} of {} rows are empty", height - whole, height));
+    return false;
+  }
   image_.width = yuyv_.width = width_px;
   image_.height = yuyv_.height = height_px;
   std::vector<std::uint8_t>& bytes = is_yuyv(m) ? yuyv_.bytes : image_.bgr;
@@ -446,8 +478,12 @@ void VisionNode::look(const foxglove::RawImage& left) {
 void VisionNode::publish(runtime::Time stamp) {
   auto blobs = blobs_message(*watcher_);
   blobs_.send(blobs, stamp);
-  auto observation = observation_message(watcher_->action());
-  observation_.send(observation, stamp);
+  if (!watcher_->two_hands()) {
+    auto observation = observation_message(watcher_->action());
+    observation_.send(observation, stamp);
+  } else if (withheld_.pass()) {
+    runtime::warn("two hands are seen, expected one: symbols withheld");
+  }
   auto scene = scene_message(*watcher_);
   scene_.send(scene, stamp);
   auto annotations = annotations_message(*watcher_);

@@ -84,7 +84,7 @@ class VisionNode {
   int rig_days_;
   image::Image image_;
   YuyvImage yuyv_;
-  runtime::Throttle refused_{std::chrono::seconds(5)};
+  runtime::Throttle refused_{std::chrono::seconds(5)}, withheld_{std::chrono::seconds(5)};
   runtime::Latest<foxglove::RawImage> in_, right_in_;
   runtime::Latest<v1::CameraRig> rig_in_;
   runtime::Latest<v1::ColorLesson> lesson_in_;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "nodes/camera/random_scene.h"
 #include "tests/sight/demonstration.h"
 
 namespace mimesis {
@@ -222,6 +223,39 @@ TEST(Renderer, IsAPureFunctionOfTimeAndSeed) {
   camera::Renderer c(picture);
   c.render(2.0, other);
   EXPECT_NE(first.bgr, other.bgr);
+}
+
+/// With two cameras the grip is read off the palm of the hand model: also where the palm is tilted
+/// and the hand is larger than told.
+TEST(Sight, TwoCamerasFollowTheHandItself) {
+  for (const bool full : {false, true}) {
+    camera::Picture picture;
+    picture.script.lesson = lesson(full ? 4 : 0);
+    picture.script.tilt_rad = full ? 0.25 : -0.25;
+    picture.script.hand_scale = 1.05;
+    const auto cameras = camera::usual_cameras(picture.view, 0.3);
+    camera::Renderer left(picture, cameras[0], 0), right(picture, cameras[1], 1);
+    vision::WatcherSetup setup;
+    setup.camera = cameras[0];
+    setup.right = cameras[1];
+    vision::TableWatcher watcher(setup);
+    image::Image a, b;
+    const double grasp_s = picture.script.start_s + 0.24 * picture.script.duration_s;
+    for (double t = 0.0; t < grasp_s + 0.4; t += kFrame) {
+      left.render(t, a);
+      right.render(t, b);
+      watcher.watch_right(b);
+      watcher.watch(a);
+    }
+    ASSERT_TRUE(watcher.hand() != nullptr && watcher.hand()->sight());
+    const vision::HandSight& hand = *watcher.hand()->sight();
+    const camera::TeacherPose truth =
+        camera::TeacherMotion(picture.script, picture.table).pose(grasp_s + 0.4);
+    EXPECT_LT((hand.wrist - truth.wrist).norm(), 0.05) << full;
+    const double angle = std::acos(-truth.palm_normal.normalized().y());
+    EXPECT_NEAR(hand.palm_angle_rad, angle, 0.3) << full;
+    EXPECT_EQ(watcher.action().grip().value, full ? vision::Grip::full : vision::Grip::precision);
+  }
 }
 
 }  // namespace

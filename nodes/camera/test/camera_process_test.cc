@@ -1,4 +1,10 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
 
 #include "common/testing/process.h"
 #include "proto/foxglove/image.pb.h"
@@ -49,6 +55,37 @@ TEST(CameraProcess, SaysThatAFilmIsMissingAndExitsWith2) {
   EXPECT_EQ(camera.wait(30s), 2);
   EXPECT_NE(camera.errors().find("/no/film.mp4"), std::string::npos) << camera.errors();
 }
+
+#ifndef __SANITIZE_ADDRESS__  // whose runtime must be the first library
+/// The program's own way to a camera, through the calls of the kernel (fake_v4l2.c).
+TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
+  const std::string device = ::testing::TempDir() + "video" + std::to_string(getpid());
+  const auto plug = [&] { std::ofstream(device).flush(); };
+  plug();
+  TestGraph graph;
+  TestNode peer(graph, {{"image", "camera/image"}}, {});
+  runtime::Queue<foxglove::RawImage, 8> image(peer.bus(), "image");
+  peer.open();
+  ::setenv("LD_PRELOAD", MIMESIS_FAKE_V4L2, 1);
+  ::setenv("MIMESIS_FAKE_CAMERA", device.c_str(), 1);
+  Process camera(graph, kCamera, {"--set", "source=v4l2", "--set", "path=" + device});
+  ::unsetenv("LD_PRELOAD");
+  const auto says = [&](const char* words) {
+    return peer.until([&] { return camera.errors().find(words) != std::string::npos; }, 30s);
+  };
+  ASSERT_TRUE(peer.receive(image, 30s)) << camera.errors();
+  std::filesystem::remove(device);
+  EXPECT_TRUE(says("unplugged, trying to reopen")) << camera.errors();
+  while (peer.receive(image, 100ms)) {
+  }
+  EXPECT_FALSE(peer.receive(image, 5s));
+  plug();
+  EXPECT_TRUE(peer.receive(image, 30s)) << camera.errors();
+  EXPECT_TRUE(says("frames again")) << camera.errors();
+  EXPECT_EQ(camera.terminate(), 0) << camera.errors();
+  std::filesystem::remove(device);
+}
+#endif
 
 }  // namespace
 }  // namespace mimesis::camera

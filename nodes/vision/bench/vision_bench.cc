@@ -142,24 +142,24 @@ BENCHMARK(picture_to_symbols)->Unit(benchmark::kMillisecond);
 
 /// A picture of each of one or two cameras to the hand's pose.
 void hand(benchmark::State& state) {
-  const auto cameras = static_cast<std::size_t>(state.range(0));
+  const auto count = static_cast<std::size_t>(state.range(0));
   std::vector<DrawnHand> drawn;
   drawn.emplace_back(image::View{{0.1, 0.3, 0.7}, {0.1, 0.25, 0.0}, 560.0, 640, 480});
   drawn.emplace_back(image::View{{0.24, 0.3, 0.7}, {0.14, 0.25, 0.0}, 580.0, 640, 480});
-  drawn.resize(cameras, drawn.front());
+  drawn.resize(count, drawn.front());
   HandPose pose;
   pose.p_CH = {0.0, 0.0, 0.6};
   pose.R_CH << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   const HandModel model(true, 0.185);
-  std::vector<image::Pinhole> pinholes;
+  std::vector<image::Camera> cameras;
   std::vector<image::Image> images;
   for (DrawnHand& d : drawn) {
-    pinholes.push_back(d.pinhole);
-    images.push_back(d.draw(model, pose, drawn.front().pinhole));
+    cameras.push_back(d.camera);
+    images.push_back(d.draw(model, pose, drawn.front().camera));
   }
   std::vector<const image::Image*> seen;
   for (const image::Image& i : images) seen.push_back(&i);
-  HandTracker tracker({.left = true}, pinholes);
+  HandTracker tracker({.left = true}, cameras);
   tracker.start(pose);
   tracker.step(seen);  // the search at the start takes longer
   for (auto _ : state) tracker.step(seen);

@@ -22,7 +22,7 @@ constexpr std::array<Digit, 4> kFingers{{{0.463, 0.245, 0.143, 0.097, 0.152, 0.0
                                          {0.421, 0.244, 0.165, 0.107, -0.054, 0.053, deg(-4)},
                                          {0.414, 0.204, 0.117, 0.093, -0.150, 0.046, deg(-9)}}};
 constexpr double kThumbMetacarpal = 0.251, kThumbProximal = 0.196, kThumbDistal = 0.158;
-constexpr double kWrist = -0.5 * 0.446;  // the wrist on the x axis of H
+constexpr double kWrist = -kWristBehind;  // the wrist on the x axis of H
 
 // Unpublished: places and thicknesses, over the length of the hand [1].
 const Vector3d kThumbRoot(kWrist + 0.05, 0.11, 0.03);

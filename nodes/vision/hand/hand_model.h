@@ -8,6 +8,8 @@ namespace mimesis::vision {
 inline constexpr std::size_t kHandJoints = 20;
 inline constexpr std::size_t kHandCapsules = 22, kForearmCapsules = 2;  ///< the forearm's are last
 
+/// The wrist lies this far behind the origin of frame H, in lengths of the hand.
+inline constexpr double kWristBehind = 0.5 * 0.446;
 /// Logarithm of the longest bare forearm, in lengths of the hand: it leaves the picture.
 inline constexpr double kLongestArm = 1.1;
 

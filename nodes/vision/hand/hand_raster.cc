@@ -37,7 +37,7 @@ bool flatten(const Capsule& c, const RasterCamera& camera, const Shading& shadin
   Vector3f b = camera.R * c.b + camera.t;
   if (a.z() < kNear || c.radius_a <= 0.0f) return false;
   if (b.z() < kNear) b = a + (a.z() - kNear) / (a.z() - b.z()) * (b - a);
-  const float za = camera.focal / a.z(), zb = camera.focal / b.z();
+  const float za = camera.scale(a), zb = camera.scale(b);
   const float ua = camera.cu + za * a.x(), va = camera.cv + za * a.y();
   const float ub = camera.cu + zb * b.x(), vb = camera.cv + zb * b.y();
   const float ra = za * c.radius_a, rb = zb * c.radius_b;

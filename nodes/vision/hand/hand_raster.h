@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -26,11 +27,19 @@ struct Shading {
   float weight_mean = 0.0f;  ///< 1 / (2 σ²) without the fit
 };
 
-/// Camera relative to the first one, scaled to the raster: p_k = R p_C + t, u = cu + f x/z.
+/// Camera relative to the first one, scaled to the raster: p_k = R p_C + t, u = cu + f x/z, with
+/// the radial distortion of the lens.
 struct RasterCamera {
   Eigen::Matrix3f R = Eigen::Matrix3f::Identity();
   Eigen::Vector3f t = Eigen::Vector3f::Zero();
   float focal = 1.0f, cu = 0.0f, cv = 0.0f;
+  float k1 = 0.0f, k2 = 0.0f;
+
+  /// Cells per metre at a point in the camera's frame.
+  float scale(const Eigen::Vector3f& p) const {
+    const float r2 = std::min(1.0f, p.head<2>().squaredNorm() / (p.z() * p.z()));
+    return focal / p.z() * (1.0f + r2 * (k1 + r2 * k2));
+  }
 };
 
 /// Sums over the cells that the hand covers, weighted with the share covered.

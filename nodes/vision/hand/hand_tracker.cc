@@ -69,7 +69,7 @@ double square(double x) { return x * x; }
 
 }  // namespace
 
-HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::Pinhole> cameras)
+HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::Camera> cameras)
     : setup_(setup),
       model_(setup.left, setup.length_m),
       eye_T_(cameras.empty() ? Vector3d::Zero() : cameras[0].eye()),
@@ -81,21 +81,22 @@ HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::P
   if (cameras.empty() || cameras.size() > 2) {
     throw ConfigError("hand tracker: expected one or two cameras");
   }
-  for (const image::Pinhole& c : cameras) {
+  for (const image::Camera& c : cameras) {
     if (c.width() != cameras[0].width() || c.height() != cameras[0].height()) {
       throw ConfigError("hand tracker: pictures of both cameras must have the same size");
     }
     SkinDensity density(c.width(), c.height());
     const int w = density.raster_width(), h = density.raster_height();
     Eye eye(std::move(density), w, h);
-    const Vector3d ahead = c.eye() + c.R_CT().row(2).transpose();
-    const double focal = c.scale(ahead), shrink = 1.0 / eye.density.factor();
-    const Eigen::Vector2d middle = c.project(ahead);
+    const image::Lens& lens = c.lens();
+    const double shrink = 1.0 / eye.density.factor();
     eye.camera.R = (c.R_CT() * R_TC_).cast<float>();
     eye.camera.t = (c.R_CT() * (eye_T_ - c.eye())).cast<float>();
-    eye.camera.focal = static_cast<float>(focal * shrink);
-    eye.camera.cu = static_cast<float>((middle.x() + 0.5) * shrink - 0.5);
-    eye.camera.cv = static_cast<float>((middle.y() + 0.5) * shrink - 0.5);
+    eye.camera.focal = static_cast<float>(0.5 * (lens.fx_px + lens.fy_px) * shrink);
+    eye.camera.cu = static_cast<float>((lens.cx_px + 0.5) * shrink - 0.5);
+    eye.camera.cv = static_cast<float>((lens.cy_px + 0.5) * shrink - 0.5);
+    eye.camera.k1 = static_cast<float>(lens.distortion[0]);
+    eye.camera.k2 = static_cast<float>(lens.distortion[1]);
     eye.evidence.resize(w, h);
     for (auto* n : {&eye.nx, &eye.ny, &eye.nz}) n->resize(eye.evidence.luma.size());
     eyes_.push_back(std::move(eye));
@@ -114,13 +115,14 @@ HandPose HandTracker::from_T(const Vector3d& p_TH, const Matrix3d& R_TH) const {
   return pose;
 }
 
-void HandTracker::start(const HandPose& guess) {
-  MIMESIS_ASSERT(guess.p_CH.z() > 0.05);
-  estimate_.pose = last_ = guess;
+void HandTracker::start(std::span<const HandPose> guesses) {
+  MIMESIS_ASSERT(!guesses.empty() && guesses[0].p_CH.z() > 0.05);
+  guesses_.assign(guesses.begin(), guesses.end());
+  estimate_.pose = last_ = guesses[0];
   begun_ = moving_ = false;
   lost_ = 0;
   usual_score_ = 0.0;
-  depth_m_ = guess.p_CH.z();
+  depth_m_ = guesses[0].p_CH.z();
   for (Eye& eye : eyes_) {
     eye.shading = {};
     eye.normals.setZero();
@@ -276,17 +278,22 @@ void HandTracker::close_fingers(HandPose& pose, double share) const {
 /// the start more of them, and from an open hand, a half closed one and a fist.
 void HandTracker::relocate() {
   constexpr std::size_t kRefined = 4;
-  const int tries = begun_ ? 6 : 24, generations = begun_ ? 14 : 40;
+  const bool several = guesses_.size() > 1;  // near the hand, but for the roll
+  const int tries = begun_ ? 6 : several ? 12 : 24, generations = begun_ ? 14 : 40;
   const std::size_t refined = begun_ ? 1 : kRefined;
   const double distance = std::min(0.03 + 0.002 * lost_, 0.08);
   const double angle = radians(std::min(20.0 + lost_, 40.0));
-  std::array<HandPose, kRefined> best;
+  std::array<HandPose, kRefined> best, near;
   std::array<double, kRefined> least;
   least.fill(INFINITY);
   seeking_ = true;
-  anchor_ = estimate_.pose;
+  if (begun_) guesses_.assign(1, estimate_.pose);
   for (int k = 0; k < tries; ++k) {
-    HandPose pose = k == 0 ? estimate_.pose : perturbed(estimate_.pose, distance, angle);
+    const auto given = static_cast<std::size_t>(k) % guesses_.size();
+    anchor_ = guesses_[given];
+    HandPose around = anchor_;
+    HandPose pose =
+        static_cast<std::size_t>(k) == given ? anchor_ : perturbed(anchor_, distance, angle);
     if (!begun_) close_fingers(pose, 0.15 + 0.35 * (k % 3));
     try_postures(pose);
     double found = search(pose, coarse_, generations, kCoarseSigma, false);
@@ -294,17 +301,23 @@ void HandTracker::relocate() {
       if (found >= least[i]) continue;
       std::swap(found, least[i]);
       std::swap(pose, best[i]);
+      std::swap(around, near[i]);
     }
   }
   double lowest = INFINITY;
+  HandPose nearest;
   for (std::size_t i = 0; i < refined; ++i) {
+    anchor_ = near[i];
     try_postures(best[i]);
-    search(best[i], fine_, begun_ ? setup_.generations : 2 * setup_.generations, 1.0, false);
+    search(best[i], fine_, begun_ || several ? setup_.generations : 2 * setup_.generations, 1.0,
+           false);
     const double found = cost(best[i], zero_);
     if (found >= lowest) continue;
     lowest = found;
     estimate_.pose = best[i];
+    nearest = near[i];
   }
+  anchor_ = nearest;
   seeking_ = false;
 }
 
@@ -351,6 +364,21 @@ void HandTracker::learn_shading(Eye& eye, double rate) {
   eye.shading.weight_mean = static_cast<float>(0.5 / std::max(total, kLeast));
 }
 
+/// What each cell says of the hand. Hidden ones speak neither for it nor against it, and nothing is
+/// learned from them.
+void HandTracker::judge() {
+  for (Eye& eye : eyes_) {
+    eye.density.judge(eye.evidence);
+    const auto width = static_cast<std::size_t>(eye.evidence.width);
+    for (std::size_t i = 0; i < eye.hidden.size(); ++i) {
+      if (eye.hidden[i] == 0) continue;
+      const std::size_t at = i / width * static_cast<std::size_t>(eye.evidence.stride) + i % width;
+      eye.evidence.ratio[at] = -1e-3f;
+      eye.evidence.luma[at] = eye.shading.mean;
+    }
+  }
+}
+
 void HandTracker::learn(double rate) {
   model_.set_length_m(estimate_.length_m);
   model_.capsules(estimate_.pose, capsules_);
@@ -361,23 +389,33 @@ void HandTracker::learn(double rate) {
   }
 }
 
+void HandTracker::see(std::size_t camera, const image::Image& image,
+                      std::span<const std::uint8_t> hidden) {
+  Eye& eye = eyes_.at(camera);
+  eye.density.read(image, eye.evidence);
+  eye.hidden.assign(hidden.begin(), hidden.end());
+}
+
 const HandEstimate& HandTracker::step(std::span<const image::Image* const> images) {
   MIMESIS_ASSERT(images.size() == eyes_.size());
-  for (std::size_t k = 0; k < eyes_.size(); ++k) {
-    Eye& eye = eyes_[k];
-    eye.density.read(*images[k], eye.evidence);
-    if (!begun_) {
+  for (std::size_t k = 0; k < eyes_.size(); ++k) see(k, *images[k]);
+  return step();
+}
+
+const HandEstimate& HandTracker::step() {
+  if (!begun_) {
+    for (Eye& eye : eyes_) {
       const Eigen::Vector3f p = eye.camera.R * estimate_.pose.p_CH.cast<float>() + eye.camera.t;
-      const float scale = eye.camera.focal / p.z();
+      const float scale = eye.camera.scale(p);
       eye.density.begin(eye.camera.cu + scale * p.x(), eye.camera.cv + scale * p.y(),
                         0.7f * static_cast<float>(estimate_.length_m) * scale);
     }
-    eye.density.judge(eye.evidence);
   }
+  judge();
   if (!begun_) {
     relocate();
     learn(1.0);
-    for (Eye& eye : eyes_) eye.density.judge(eye.evidence);
+    judge();
     seeking_ = true;
     search(estimate_.pose, fine_, 2 * setup_.generations, 1.0, false);
     seeking_ = false;

@@ -2,7 +2,7 @@
 #include <span>
 #include <vector>
 
-#include "common/image/pinhole.h"
+#include "common/image/rig.h"
 #include "nodes/vision/hand/cma_es.h"
 #include "nodes/vision/hand/skin_density.h"
 
@@ -46,12 +46,20 @@ struct HandEstimate {
 class HandTracker {
  public:
   /// @throws ConfigError if there are not one or two cameras with pictures of the same size.
-  HandTracker(const HandTrackerSetup& setup, std::span<const image::Pinhole> cameras);
+  HandTracker(const HandTrackerSetup& setup, std::span<const image::Camera> cameras);
 
-  /// Begins near a pose (in the frame of the first camera), some 40 mm and 30° off at most.
-  void start(const HandPose& guess);
-  /// Takes one picture of each camera.
+  /// Begins near one of some poses at the same place (in the frame of the first camera), 40 mm and
+  /// 30° off at most.
+  void start(std::span<const HandPose> guesses);
+  void start(const HandPose& guess) { start(std::span(&guess, 1)); }
+  /// Takes the newest picture of a camera. `hidden` says of its cells where something known lies,
+  /// which may be before the hand; empty: nowhere.
+  void see(std::size_t camera, const image::Image& image,
+           std::span<const std::uint8_t> hidden = {});
+  /// Fits the hand to what was seen of each camera.
+  const HandEstimate& step();
   const HandEstimate& step(std::span<const image::Image* const> images);
+  int cell_px() const { return eyes_.front().density.factor(); }
   const HandEstimate& estimate() const { return estimate_; }
   const HandModel& model() const { return model_; }
 
@@ -73,6 +81,7 @@ class HandTracker {
     Eigen::Vector4d with_luma = Eigen::Vector4d::Zero();
     double luma2 = 0.0;
     std::vector<float> nx, ny, nz;
+    std::vector<std::uint8_t> hidden;
   };
   HandPose moved(const HandPose& from, std::span<const double> x) const;
   double cost(const HandPose& from, std::span<const double> x);
@@ -83,6 +92,7 @@ class HandTracker {
   HandPose perturbed(const HandPose& from, double distance_m, double angle_rad);
   void close_fingers(HandPose& pose, double share) const;
   void relocate();
+  void judge();
   void learn(double rate);
   void learn_shading(Eye& eye, double rate);
 
@@ -99,6 +109,7 @@ class HandTracker {
   HandEstimate estimate_;
   HandPose last_;    ///< of the picture before
   HandPose anchor_;  ///< where it is sought
+  std::vector<HandPose> guesses_;
   double usual_score_ = 0.0, depth_m_ = 0.0;
   bool begun_ = false, moving_ = false, seeking_ = false;
   int lost_ = 0;  ///< pictures since the hand was found

@@ -7,6 +7,8 @@ namespace {
 
 using Eigen::Vector2d;
 
+constexpr double kFromAbove = 0.1, kFromSide = 1.5;  // palm against the vertical [rad]
+
 /// Plays scenes to a recognizer: an object at (-0.27, 0.04), a bar at height 0.215, goals at 0.19
 /// and 0.35.
 class Stage : public ::testing::Test {
@@ -15,6 +17,7 @@ class Stage : public ::testing::Test {
     for (int k = 0; k < frames; ++k) {
       sight_.object = object;
       sight_.palm = palm;
+      sight_.palm_angle_rad = palm ? std::optional(angle_) : std::nullopt;
       recognizer_.update(sight_);
     }
   }
@@ -38,8 +41,11 @@ class Stage : public ::testing::Test {
 
   const Vector2d start_{-0.27, 0.04}, high_{0.35, 0.16}, low_{0.19, 0.07};
   const Vector2d from_above_{-0.02, 0.10}, from_side_{-0.07, 0.01};
+  double angle_ = kFromAbove;
   Sight sight_{.object = {},
                .palm = {},
+               .wrist = {},
+               .palm_angle_rad = {},
                .bar = Vector2d(0.0, 0.215),
                .goal_high = high_,
                .goal_low = low_,
@@ -63,6 +69,7 @@ TEST_F(Stage, KnowsAWholeDemonstration) {
 
 TEST_F(Stage, KnowsTheOtherOne) {
   sight_.object_luma = 70.0;
+  angle_ = kFromSide;
   grasp(from_side_, 15);
   transport(0.06, from_side_, low_);
   EXPECT_EQ(recognizer_.grip().value, Grip::full);
@@ -91,7 +98,8 @@ TEST_F(Stage, SaysNothingBeforeEnoughFramesAgree) {
 }
 
 TEST_F(Stage, AbstainsNearTheBoundaryOf45Degrees) {
-  grasp({-0.08, 0.08}, 40);
+  angle_ = 0.785;
+  grasp(from_above_, 40);
   EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
   EXPECT_EQ(recognizer_.grip_abstentions(), 40);
   ASSERT_TRUE(recognizer_.palm_angle_rad());
@@ -100,11 +108,13 @@ TEST_F(Stage, AbstainsNearTheBoundaryOf45Degrees) {
 
 TEST_F(Stage, DoesNotChangeItsMindAfterTheDecision) {
   grasp(from_above_, 12);
+  angle_ = kFromSide;
   show(start_, start_ + from_side_, 100);
   EXPECT_EQ(recognizer_.grip().value, Grip::precision);
 }
 
 TEST_F(Stage, KeepsOnlyTheGripIfOnlyGraspingIsSeen) {  // [M18 Fig. 2.20]
+  angle_ = kFromSide;
   grasp(from_side_, 40);
   EXPECT_EQ(recognizer_.grip().value, Grip::full);
   EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
@@ -141,6 +151,7 @@ TEST_F(Stage, StartsAnewWhenTheObjectIsBack) {
   EXPECT_FALSE(recognizer_.complete());
   EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
   EXPECT_EQ(recognizer_.goal().value, Goal::unknown);
+  angle_ = kFromSide;
   grasp(from_side_, 15);
   EXPECT_EQ(recognizer_.grip().value, Grip::full);
 }
@@ -149,8 +160,36 @@ TEST_F(Stage, StartsAnewWhenTheHandReturnsAfterAMereGrasp) {
   grasp(from_above_, 15);
   show(start_, std::nullopt, 30);
   EXPECT_EQ(recognizer_.grip().value, Grip::precision);
+  angle_ = kFromSide;
   show(start_, start_ + from_side_, 15);
   EXPECT_EQ(recognizer_.grip().value, Grip::full);
+}
+
+TEST_F(Stage, AbstainsWhereTheHandModelSaysNothing) {
+  show(start_, std::nullopt, 20);
+  for (int k = 0; k < 30; ++k) {
+    sight_.palm = start_ + from_above_;
+    sight_.palm_angle_rad.reset();
+    recognizer_.update(sight_);
+  }
+  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
+  EXPECT_TRUE(recognizer_.needs_hand());
+}
+
+TEST_F(Stage, TheWristDecidesBesideTheBridge) {
+  grasp(from_above_, 15);
+  sight_.wrist = Vector2d(0.0, 0.215);  // at the height of the bar: neither above nor below
+  transport(0.30, from_above_, high_);
+  EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
+}
+
+TEST_F(Stage, KnowsAQuickTransportOnceTheBridgeIsPassed) {
+  grasp(from_above_, 15);
+  carry(start_, {-0.27, 0.3}, from_above_, 15);
+  for (const double x : {-0.13, -0.07, -0.01, 0.05}) show({x, 0.3}, Vector2d(x - 0.02, 0.4), 1);
+  EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
+  show({0.11, 0.3}, Vector2d(0.09, 0.4), 1);
+  EXPECT_EQ(recognizer_.transport().value, Transport::above);
 }
 
 TEST_F(Stage, TakesNoStopInTheAirForAGoal) {

@@ -268,6 +268,34 @@ const Solid kSeenBar{Form::bar, {0.0, 0.25, 0.0}, 0.02, 0.50};
 const Solid kSeenHigh{Form::block, {0.20, 0.19, 0.12}, 0.04, 0.02};
 const Solid kSeenLow{Form::block, {0.0, 0.05, 0.14}, 0.04, 0.02};
 
+TEST(StereoScene, WhatSomethingStandsOnForLongStaysAsItWasSeenAlone) {
+  const auto cameras = pair();
+  StereoScene scene(cameras[0], cameras[1], SceneLimits{});
+  const Solid cap{Form::cylinder, {0.2, 0.11, 0.0}, 0.045, 0.02};
+  const Solid object{Form::cylinder, {0.2, 0.1625, 0.0}, 0.024, 0.085};
+  const auto show = [&](bool stands, int pictures) {
+    std::array<Outline, 2> seen_cap = seen(cap, cameras);
+    const auto seen_object = seen(object, cameras);
+    for (Outline& o : seen_cap) {  // its upper third is hidden
+      if (!stands) continue;
+      o.area *= 0.66;
+      o.mean.y() += 3.0;
+      o.spread(1, 1) *= 0.5;
+    }
+    for (int i = 0; i < pictures; ++i) {
+      std::vector<Region> left{region(Kind::goal_high, seen_cap[0])},
+          right{region(Kind::goal_high, seen_cap[1])};
+      if (stands) left.push_back(region(Kind::object, seen_object[0]));
+      if (stands) right.push_back(region(Kind::object, seen_object[1]));
+      scene.update(left, right);
+    }
+    return scene.goals().at(0).solid.top();
+  };
+  EXPECT_NEAR(show(false, 30), cap.top(), 5e-4);
+  EXPECT_NEAR(show(true, 300), cap.top(), 5e-4);
+  EXPECT_TRUE(scene.settled());
+}
+
 TEST(RobotTable, TurnsWhatIsSeenIntoObstaclesGoalsAndObjectInTheWorld) {
   // The colours are the wrong way round: height decides.
   const StereoScene scene = shown({{Kind::object, kSeenObject},

@@ -98,6 +98,30 @@ TEST(VisionNode, ReadsACamerasYuyv) {
   EXPECT_FALSE(bus.take<v1::Blobs>("blobs"));
 }
 
+TEST(VisionNode, WithholdsSymbolsBeforeTwoHands) {
+  testing::Loopback bus;
+  VisionNode node(params(), bus);
+  const auto seen = [&](std::vector<std::size_t> hands) {
+    foxglove::RawImage m = picture("bgr8");
+    for (const std::size_t left : hands) {
+      for (std::size_t v = 50; v < 90; ++v) {
+        for (std::size_t u = left; u < left + 60; ++u) {
+          const std::array<int, 3> skin{116, 152, 220};
+          for (std::size_t c = 0; c < 3; ++c)
+            (*m.mutable_data())[3 * (640 * v + u) + c] = static_cast<char>(skin[c]);
+        }
+      }
+    }
+    bus.send("image", m, 1s);
+    node.step(1s);
+    EXPECT_TRUE(bus.take<v1::Blobs>("blobs"));
+    return bus.take<v1::Observation>("observation").has_value();
+  };
+  EXPECT_TRUE(seen({200}));
+  EXPECT_FALSE(seen({200, 400}));
+  EXPECT_TRUE(seen({200}));
+}
+
 TEST(VisionNode, LooksAtNoImageTwice) {
   testing::Loopback bus;
   VisionNode node(params(), bus);
@@ -282,7 +306,7 @@ TEST(VisionStereo, AnUnreadableRigLeavesTheOneBefore) {
   EXPECT_TRUE(bus.take<v1::Blobs>("blobs"));  // by `view`, with one camera
 }
 
-TEST(VisionNode, WithholdsSymbolsOfBlackAndFrozenImages) {
+TEST(VisionNode, WithholdsSymbolsOfBlackFrozenAndTornImages) {
   testing::Loopback bus;
   VisionNode node(params(), bus);
   const auto looks_at = [&](const foxglove::RawImage& image, runtime::Time stamp) {
@@ -298,6 +322,9 @@ TEST(VisionNode, WithholdsSymbolsOfBlackAndFrozenImages) {
   foxglove::RawImage black = image;
   black.mutable_data()->assign(image.data().size(), '\x03');
   EXPECT_FALSE(looks_at(black, 4300ms));
+  foxglove::RawImage torn = image;
+  std::fill(torn.mutable_data()->end() - 40 * 1920, torn.mutable_data()->end(), '\0');
+  EXPECT_FALSE(looks_at(torn, 4350ms));
   EXPECT_TRUE(looks_at(image, 4400ms));
 }
 

@@ -14,6 +14,7 @@
 #include "common/runtime/raw.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/player.pb.h"
+#include "tools/mimesis/launch/film_file.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/progress.h"
@@ -80,47 +81,25 @@ class Browser {
 /// Takes pictures and makes a file of them.
 class Sink {
  public:
-  explicit Sink(const FilmOptions& o) : png_(o.png), film_(o.film) {
-    if (film_.empty()) return;
-    const std::string ffmpeg = launch::find_executable("ffmpeg");
-    if (ffmpeg.empty()) throw ConfigError("--film needs ffmpeg: apt install ffmpeg, or --png");
-    launch::Pipe pipe = launch::make_pipe();
-    child_ = launch::spawn(
-        {{ffmpeg, "-v", "error", "-y", "-f", "image2pipe", "-c:v", "mjpeg", "-framerate",
-          fmt::format("{}", o.rate_hz), "-i", "-", "-pix_fmt", "yuv420p", film_},
-         {}},
-        {}, {.output = STDERR_FILENO, .input = pipe.read.get()});
-    in_ = std::move(pipe.write);
+  explicit Sink(const FilmOptions& o) : png_(o.png) {
+    if (!o.film.empty())
+      film_.emplace(o.film, std::vector<std::string>{"-f", "image2pipe", "-c:v", "mjpeg"},
+                    o.rate_hz);
   }
   /// @throws ConfigError if the file cannot be written
   void take(const std::string& picture) {
-    if (!png_.empty()) {
-      std::ofstream out(png_, std::ios::binary);
-      if (!(out << picture).flush()) throw ConfigError(png_ + ": cannot be written");
-      return;
-    }
-    for (std::string_view left = picture; !left.empty();) {
-      const ssize_t n = write(in_.get(), left.data(), left.size());
-      if (n <= 0) throw ConfigError(film_ + ": ffmpeg ended before the film did");
-      left.remove_prefix(static_cast<std::size_t>(n));
-    }
+    if (film_) return film_->take(picture);
+    std::ofstream out(png_, std::ios::binary);
+    if (!(out << picture).flush()) throw ConfigError(png_ + ": cannot be written");
   }
   /// @throws ConfigError if the film could not be made
   void finish() {
-    if (film_.empty()) return;
-    in_.reset();
-    std::optional<launch::Ending> ending;
-    while (!(ending = child_.reap())) {
-      pollfd ended{child_.pidfd.get(), POLLIN, 0};
-      poll(&ended, 1, -1);
-    }
-    if (!ending->good()) throw ConfigError(fmt::format("{}: ffmpeg {}", film_, ending->text()));
+    if (film_) film_->finish();
   }
 
  private:
-  std::string png_, film_;
-  launch::Fd in_;
-  launch::Child child_;
+  std::string png_;
+  std::optional<launch::FilmFile> film_;
 };
 
 /// The server, and the log's messages that are sent up to a time.
@@ -208,7 +187,6 @@ void make_film(const FilmOptions& o, ServerOptions server) {
   const double end_s = std::min(o.to_s.value_or(stage.end_s()), stage.end_s());
   if (o.from_s > end_s)
     throw ConfigError(fmt::format("the log has {:.3f} s, nothing at {:.3f} s", end_s, o.from_s));
-  std::signal(SIGPIPE, SIG_IGN);  // ffmpeg may end
   Sink sink(o);
   Browser browser(program,
                   fmt::format("{}&film={}&size={}x{}&camera={}", stage.url(),

@@ -11,10 +11,13 @@
 #include "common/error.h"
 #include "common/image/image_file.h"
 #include "common/runtime/value_text.h"
+#include "nodes/vision/camera_check.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/teach.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
+#include "tools/mimesis/vision/view_log.h"
 
 namespace mimesis::tool {
 namespace {
@@ -23,7 +26,8 @@ using Json = nlohmann::ordered_json;
 using vision::Kind;
 
 struct Options {
-  std::string image, out, picture;
+  std::string image, out, picture, colors;
+  std::vector<std::string> images;
   std::vector<std::string> regions;
   bool json = false;
 };
@@ -113,10 +117,48 @@ int teach(const Options& options) {
   return 0;
 }
 
+/// What the camera sees of the desk, and what to change there.
+int check(const Options& options) {
+  std::vector<image::Image> pictures;
+  for (const std::string& file : options.images) {
+    auto image = image::read_image(file);
+    if (!image) throw ConfigError(image.error().reason);
+    pictures.push_back(std::move(*image));
+  }
+  vision::CameraReport report = vision::check_camera(pictures);
+  if (!options.colors.empty()) {
+    const vision::TaughtColors taught = vision::load_colors(options.colors);
+    for (std::string& line :
+         vision::check_colors(pictures.front(), taught.spots, taught.reference_bgr))
+      report.advice.push_back(std::move(line));
+  }
+  if (options.json) {
+    const auto known = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
+    std::cout << Json{{"blur_px", known(report.blur_px)},
+                      {"overexposed", report.overexposed},
+                      {"median_luma", report.median_luma},
+                      {"flicker", known(report.flicker)},
+                      {"advice", report.advice}}
+                     .dump()
+              << '\n';
+    return report.advice.empty() ? 0 : 1;
+  }
+  const auto number = [](const std::optional<double>& x, double scale, const char* unit) {
+    return x ? fmt::format("{:.1f} {}", scale * *x, unit) : "?";
+  };
+  Table table({"focus: blur", "at the white end", "median luma", "flicker"});
+  table.row({number(report.blur_px, 1.0, "px"), number(report.overexposed, 100.0, "%"),
+             fmt::format("{:.0f}", report.median_luma), number(report.flicker, 100.0, "%")});
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+  for (const std::string& line : report.advice) std::cout << line << '\n';
+  return report.advice.empty() ? 0 : 1;
+}
+
 }  // namespace
 
 void add_vision(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand("vision", "Teaches vision the colours of things");
+  CLI::App* verb = program.add_subcommand(
+      "vision", "Teaches vision colours, checks its camera, shows what it saw");
   verb->require_subcommand(1);
   auto options = std::make_shared<Options>();
   CLI::App* sub = verb->add_subcommand("teach", "Learns colours from regions of a picture");
@@ -137,6 +179,41 @@ void add_vision(CLI::App& program, int& exit_code) {
       "colors.yaml\n"
       "  mimesis_vision --set colors=colors.yaml");
   sub->callback([options, &exit_code] { exit_code = teach(*options); });
+
+  sub = verb->add_subcommand("check", "Says what to change on the desk for a camera to see well");
+  sub->add_option("IMAGE", options->images,
+                  "PNG or JPEG files of one camera in their order; three or more tell of flicker")
+      ->required();
+  sub->add_option("--colors", options->colors,
+                  "Colours from `teach`, to be told apart in the first")
+      ->type_name("FILE");
+  sub->add_flag("--json", options->json, "One object with all that is printed");
+  sub->footer(
+      "Focus is judged by the sharpest edges, exposure by the shares of bright and dark pixels.\n"
+      "Exit codes: 0 nothing to change, 1 something, 2 usage.\nExamples:\n"
+      "  mimesis vision check desk1.png desk2.png desk3.png --colors colors.yaml\n"
+      "  mimesis log export run.mcap --images camera/image -o desk && mimesis vision check desk/*");
+  sub->callback([options, &exit_code] { exit_code = check(*options); });
+
+  auto view = std::make_shared<ViewLogOptions>();
+  sub = verb->add_subcommand("view", "Writes what vision saw: a log's pictures with annotations");
+  sub->add_option("LOG", view->logs, "MCAP files: several are one")->required();
+  sub->add_option("--image", view->image, "Topic of the pictures")->capture_default_str();
+  sub->add_option("--annotations", view->annotations, "Topic of what is drawn over them")
+      ->capture_default_str();
+  sub->add_option("--film", view->film, "Write a film, by ffmpeg")->type_name("FILE");
+  sub->add_option("--frames", view->frames, "Write PNG files into a folder")->type_name("FOLDER");
+  sub->add_option("--rate", view->rate_hz, "Pictures a second of film")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  add_time_options(*sub, view->range);
+  sub->footer(
+      "Pictures that a log holds as references are computed again.\n"
+      "Exit codes: 0 done, 1 no picture is annotated, or a file cannot be written, 2 usage, 3 no "
+      "log.\nExamples:\n  mimesis vision view imitation.mcap --film seen.mp4\n"
+      "  mimesis vision view run.mcap --image eye/image --annotations robot_vision/annotations "
+      "--frames seen --start 2 --end 3");
+  on_run(*sub, exit_code, [view] { return view_log(*view); });
 }
 
 }  // namespace mimesis::tool

@@ -33,22 +33,22 @@ struct Outcome {
   HandEstimate last;
 };
 
-Outcome run(int cameras, std::uint64_t seed, double told_m, int frames) {
+Outcome run(int eyes, std::uint64_t seed, double told_m, int frames) {
   DrawnHand first(kFirst), second(kSecond);
   const HandModel model(true, 0.18);
-  std::vector<image::Pinhole> pinholes{first.pinhole};
-  if (cameras == 2) pinholes.push_back(second.pinhole);
-  HandTracker tracker({.left = true, .length_m = told_m, .seed = seed}, pinholes);
+  std::vector<image::Camera> cameras{first.camera};
+  if (eyes == 2) cameras.push_back(second.camera);
+  HandTracker tracker({.left = true, .length_m = told_m, .seed = seed}, cameras);
   HandPose guess = moving(0);
   guess.p_CH += Vector3d(0.012, -0.01, 0.015);
   guess.R_CH = guess.R_CH * math::exp_so3(Vector3d(0.15, 0.0, -0.2));
   tracker.start(guess);
   for (int f = 0; f < frames; ++f) {
-    const image::Image a = first.draw(model, moving(f), first.pinhole);
-    const image::Image b = second.draw(model, moving(f), first.pinhole);
+    const image::Image a = first.draw(model, moving(f), first.camera);
+    const image::Image b = second.draw(model, moving(f), first.camera);
     const std::array<const image::Image*, 2> images{&a, &b};
     const testing::NoMalloc guard;
-    tracker.step(std::span(images).first(static_cast<std::size_t>(cameras)));
+    tracker.step(std::span(images).first(static_cast<std::size_t>(eyes)));
   }
   const HandPose truth = moving(frames - 1);
   const HandEstimate& e = tracker.estimate();
@@ -87,9 +87,9 @@ TEST(HandTracker, SameInputsSameBits) {
 TEST(HandTracker, SaysThatTheHandIsGoneAndKeepsItsPose) {
   DrawnHand drawn(kFirst);
   const HandModel model(true, 0.18);
-  HandTracker tracker({.left = true, .length_m = 0.18}, std::span(&drawn.pinhole, 1));
+  HandTracker tracker({.left = true, .length_m = 0.18}, std::span(&drawn.camera, 1));
   tracker.start(moving(0));
-  const image::Image hand = drawn.draw(model, moving(0), drawn.pinhole);
+  const image::Image hand = drawn.draw(model, moving(0), drawn.camera);
   image::Image empty(640, 480);
   std::fill(empty.bgr.begin(), empty.bgr.end(), std::uint8_t{128});
   const auto step = [&](const image::Image& i) {
@@ -105,7 +105,7 @@ TEST(HandTracker, SaysThatTheHandIsGoneAndKeepsItsPose) {
 }
 
 TEST(HandTracker, SpeaksOfPosesInTheFrameOfTheCalibration) {
-  const image::Pinhole camera(kFirst);
+  const image::Camera camera(kFirst);
   HandTracker tracker({}, std::span(&camera, 1));
   const Vector3d p(0.12, 0.2, 0.03);
   const Eigen::Matrix3d R = math::exp_so3(Vector3d(0.3, 0.2, -1.0));
@@ -115,11 +115,11 @@ TEST(HandTracker, SpeaksOfPosesInTheFrameOfTheCalibration) {
 }
 
 TEST(HandTracker, RefusesThreeCamerasAndPicturesOfTwoSizes) {
-  const image::Pinhole a(kFirst);
+  const image::Camera a(kFirst);
   image::View small = kSecond;
   small.width_px = 320;
   small.height_px = 240;
-  const std::vector<image::Pinhole> three{a, a, a}, mixed{a, image::Pinhole(small)};
+  const std::vector<image::Camera> three{a, a, a}, mixed{a, image::Camera(small)};
   EXPECT_THROW(HandTracker({}, three), ConfigError);
   EXPECT_THROW(HandTracker({}, mixed), ConfigError);
   EXPECT_THROW(HandTracker({}, {}), ConfigError);

@@ -8,22 +8,22 @@ namespace mimesis::vision {
 /// Pictures of the tracker's own model, lit from above: for what needs no independent truth.
 class DrawnHand {
  public:
-  explicit DrawnHand(const image::View& view) : pinhole(view), raster_(160, 120) {
+  explicit DrawnHand(const image::View& view) : camera(view), raster_(160, 120) {
     evidence_.resize(160, 120);
-    camera_.focal = static_cast<float>(view.focal_px / 4.0);
-    camera_.cu = 79.5f;
-    camera_.cv = 59.5f;
+    raster_camera_.focal = static_cast<float>(view.focal_px / 4.0);
+    raster_camera_.cu = 79.5f;
+    raster_camera_.cv = 59.5f;
   }
   /// @param first  the camera whose frame the pose refers to
-  image::Image draw(const HandModel& model, const HandPose& pose, const image::Pinhole& first) {
+  image::Image draw(const HandModel& model, const HandPose& pose, const image::Camera& first) {
     HandCapsules capsules;
     model.capsules(pose, capsules);
-    camera_.R = (pinhole.R_CT() * first.R_CT().transpose()).cast<float>();
-    camera_.t = (pinhole.R_CT() * (first.eye() - pinhole.eye())).cast<float>();
+    raster_camera_.R = (camera.R_CT() * first.R_CT().transpose()).cast<float>();
+    raster_camera_.t = (camera.R_CT() * (first.eye() - camera.eye())).cast<float>();
     Shading shading;
     shading.bias = 0.7f;
     shading.slope = {0.0f, -0.25f, -0.1f};
-    raster_.match(capsules, camera_, evidence_, shading);
+    raster_.match(capsules, raster_camera_, evidence_, shading);
     image::Image out(640, 480);
     for (int v = 0; v < 480; ++v) {
       for (int u = 0; u < 640; ++u) {
@@ -40,11 +40,11 @@ class DrawnHand {
     return out;
   }
 
-  image::Pinhole pinhole;
+  image::Camera camera;
 
  private:
   HandRaster raster_;
-  RasterCamera camera_;
+  RasterCamera raster_camera_;
   Evidence evidence_;
 };
 

@@ -1,4 +1,4 @@
-// `mimesis vision teach` as people call it, and the file that it writes.
+// `mimesis vision` as people call it, and the files that it writes.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -43,7 +43,11 @@ class Teach : public ::testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   int run(std::vector<std::string> words) {
-    words.insert(words.begin(), {"vision", "teach", (folder_ / "desk.png").string()});
+    words.insert(words.begin(), {"teach", (folder_ / "desk.png").string()});
+    return vision(words);
+  }
+  int vision(std::vector<std::string> words) {
+    words.insert(words.begin(), "vision");
     testing::Process process("mimesis", words);
     const int code = process.wait(std::chrono::seconds(60)).value_or(-1);
     out_ = process.output();
@@ -122,6 +126,43 @@ TEST_F(Teach, MistakesAreToldInOneLine) {
   EXPECT_NE(err_.find("are not within the picture of 320x240"), std::string::npos) << err_;
   EXPECT_EQ(run({"--region", "hand=10,10,30,20"}), 0);  // the table is no hand, but who knows
   EXPECT_NE(err_.find("hand has the chroma of the table"), std::string::npos) << err_;
+}
+
+TEST_F(Teach, CheckSaysWhatToChangeOnTheDesk) {
+  const std::string file = folder_ / "colors.yaml", desk = folder_ / "desk.png";
+  ASSERT_EQ(run({"--region", "bridge=45,55,50,50", "--region", "object=230,80", "-o", file}), 0);
+  EXPECT_EQ(vision({"check", desk, desk, desk, "--colors", file}), 0) << out_ << err_;
+  EXPECT_NE(out_.find("median luma"), std::string::npos) << out_;
+  image::Image dark(320, 240);
+  ASSERT_TRUE(image::write_png(folder_ / "dark.png", dark));
+  EXPECT_EQ(vision({"check", (folder_ / "dark.png").string(), "--colors", file, "--json"}), 1);
+  const auto report = nlohmann::json::parse(out_);
+  EXPECT_EQ(report["median_luma"], 0.0);
+  EXPECT_TRUE(report["blur_px"].is_null());
+  EXPECT_GE(report["advice"].size(), 4u) << out_;  // focus, exposure, two classes
+  EXPECT_EQ(vision({"check", (folder_ / "absent.png").string()}), 2);
+  EXPECT_NE(err_.find("absent.png"), std::string::npos);
+}
+
+TEST_F(Teach, ViewDrawsWhatVisionSawOverThePicturesOfALog) {
+  const std::string log = MIMESIS_SOURCE_DIR "/tests/replay/logs/vision.mcap",
+                    frames = folder_ / "frames";
+  ASSERT_EQ(vision({"view", log, "--frames", frames, "--start", "2", "--end", "2.5"}), 0) << err_;
+  const auto count = std::distance(fs::directory_iterator(frames), fs::directory_iterator());
+  EXPECT_NE(out_.find(std::to_string(count) + " pictures"), std::string::npos) << out_;
+  EXPECT_GE(count, 6);
+  const auto first = image::read_image(frames + "/000001.png");
+  ASSERT_TRUE(first) << first.error().reason;
+  int blue = 0;  // of the box around the bridge, which nothing on the table has
+  for (int i = 0; i < first->width * first->height; ++i) {
+    const std::uint8_t* p = first->bgr.data() + 3 * i;
+    blue += p[0] > 250 && std::abs(p[1] - 128) < 3 && std::abs(p[2] - 77) < 3 ? 1 : 0;
+  }
+  EXPECT_GT(blue, 50);
+  EXPECT_EQ(vision({"view", log}), 2);
+  EXPECT_NE(err_.find("--film FILE or --frames FOLDER"), std::string::npos) << err_;
+  EXPECT_EQ(vision({"view", log, "--frames", frames, "--image", "camera/imag"}), 2);
+  EXPECT_NE(err_.find("camera/image"), std::string::npos) << err_;
 }
 
 }  // namespace
