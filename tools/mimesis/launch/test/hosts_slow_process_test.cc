@@ -247,12 +247,12 @@ TEST_F(LaunchHosts, DISABLED_SlowTheRobotOfTwoHostsPlacesTheObject) {
                           "--in arm=sim_drives/arm "
                           "--in hand=sim_hand/hand --in task=planner/status");
   ASSERT_TRUE(until([&] { return at(2).sees(graph_).size() == 3; })) << world->errors();
-  launch_ =
-      at(1).mimesis("launch " MIMESIS_SOURCE_DIR
-                    "/launch/robot.yaml --arg user=root --arg prefix=" MIMESIS_BIN_DIR
-                    "/.. --arg can=embedded:arm --arg hand=unix:hand --arg vision=" +
-                        at(1).address() + " --arg arm=" + at(2).address() + " --graph " + graph_,
-                    path());
+  launch_ = at(1).mimesis(
+      "launch " MIMESIS_SOURCE_DIR
+      "/launch/robot.yaml --arg arming=auto --arg user=root --arg prefix=" MIMESIS_BIN_DIR
+      "/.. --arg can=embedded:arm --arg hand=unix:hand --arg vision=" +
+          at(1).address() + " --arg arm=" + at(2).address() + " --graph " + graph_,
+      path());
   for (const char* ready :
        {"vision is ready", "cognition is ready", "planner is ready", "bridge is ready"})
     ASSERT_TRUE(until_says(ready, 60s)) << launch_->errors();
