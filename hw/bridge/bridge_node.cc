@@ -110,8 +110,10 @@ void BridgeNode::serve(runtime::Bus& bus) {
               v1::BridgeStatus::default_instance(),
               [this, act](const std::string&) -> tl::expected<std::string, Status> {
                 if (const std::string why = act(); !why.empty()) return tl::unexpected(Status{why});
-                status_message_.set_armed(gate_.armed());
-                return status_message_.SerializeAsString();
+                v1::BridgeStatus answer = status_message_;
+                answer.set_armed(gate_.armed());
+                answer.set_reason(gate_.reason());
+                return answer.SerializeAsString();
               });
   };
   const auto readonly = [this] { return params_.readonly ? "read-only: sends nothing" : ""; };
