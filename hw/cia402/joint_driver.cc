@@ -165,7 +165,7 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
   if (axis.heartbeat_age(now_) > milliseconds(kDriveHeartbeatTimeoutMs)) {
     return lose(axis, "no heartbeat for " + seconds(1e-3 * kDriveHeartbeatTimeoutMs));
   }
-  if (axis.missed() >= options_.missed_syncs) {
+  if (axis.heard() && axis.missed() >= options_.missed_syncs) {
     return lose(axis, fmt::format("no feedback on {} SYNCs that others have answered",
                                   options_.missed_syncs));
   }
