@@ -1,5 +1,7 @@
 #include "hw/actuators.h"
 
+#include <fmt/core.h>
+
 #include <array>
 
 namespace mimesis::hw {
@@ -10,6 +12,10 @@ const char* name(DriveState state) {
       "switched on", "operation enabled",      "quick stop active",  "fault reaction active",
       "fault"};
   return kNames.at(static_cast<std::size_t>(state));
+}
+
+std::string text(const JointReading& joint) {
+  return fmt::format("{} (statusword 0x{:04X})", name(joint.drive), joint.statusword);
 }
 
 const char* name(Phase phase) {

@@ -31,7 +31,11 @@ struct JointReading {
   double velocity_rad_s = 0.0;
   double torque_n_m = 0.0;
   DriveState drive = DriveState::unknown;
+  std::uint16_t statusword = 0;  ///< 6041h, of drives that have one
 };
+
+/// "operation enabled (statusword 0x0237)"
+std::string text(const JointReading& joint);
 
 /// Where the actuators as a whole are.
 enum class Phase : std::uint8_t {
@@ -52,6 +56,8 @@ struct Reading {
   std::vector<JointReading> joints;
   /// reason of starting and fault: one line with axis, expected and actual state
   std::string reason;
+  /// which input demands an emergency stop now; empty: none does
+  std::string emergency{};
   std::uint64_t limited = 0;  ///< cycles in which a set-point was changed to respect a limit
 };
 
@@ -72,6 +78,7 @@ struct Setpoint {
   Mode mode = Mode::idle;
   std::span<const double> position_rad{};  ///< targets of Mode::follow, one per joint
   int missed = 0;  ///< cycles left out before this one, in which the drives went on at their rate
+  bool brakes = false;  ///< the targets stop the robot: at once, whatever the limit of the jerk
 };
 
 /// Interface between the bridge and the actuators. Per cycle: read, write. Never blocks.

@@ -42,7 +42,7 @@ class PerfectActuators final : public Actuators {
       if (setpoint.mode == Mode::hold) {
         limiter_.hold();
       } else {
-        reading_.limited += limiter_.follow(setpoint.position_rad) ? 1 : 0;
+        reading_.limited += limiter_.follow(setpoint.position_rad, setpoint.brakes) ? 1 : 0;
       }
     } else if (setpoint.mode == Mode::follow) {
       reading_.phase = Phase::enabling;

@@ -9,15 +9,19 @@ struct JointLimits {
   Eigen::VectorXd q_min, q_max;  ///< [rad]
   Eigen::VectorXd v_max;         ///< [rad/s]
   Eigen::VectorXd a_max;         ///< [rad/s²]
+  Eigen::VectorXd j_max{};       ///< [rad/s³]; 0, or no elements: no limit
 };
 
 /// Last guard before the drives: turns a stream of positions into set-points that respect position,
-/// velocity and acceleration. A stream within the limits passes unchanged; any other is followed as
-/// closely as the limits allow. With lag e behind the stream, stream velocity v_s and cycle T the
-/// set-point moves at
+/// velocity, acceleration and jerk. A stream within the limits passes unchanged; any other is
+/// followed as closely as the limits allow. Without a limit of the jerk, with lag e behind the
+/// stream, stream velocity v_s and cycle T the set-point moves at
 ///   v = v_s + sgn(e) min(|e|/T, w),  w = √((aT/2)² + 2a|e|) − aT/2,
 /// w being the fastest approach that still comes to rest after |e| (w T/2 + w²/2a = |e|); then v is
-/// held within v ± aT, ± v_max, and below the w of the distance to the joint's end.
+/// held within v ± aT, ± v_max, and below the w of the distance to the joint's end. With one, the
+/// acceleration is the largest towards the stream, at most jT from the last, after which the joint
+/// can still come to rest at the stream and before its end within a and j. Stops come before
+/// comfort: hold() and a stream that brakes change the acceleration at once.
 class SetpointLimiter {
  public:
   /// @param dt_s cycle T [s]. Precondition: limits of equal size, v_max, a_max > 0.
@@ -25,9 +29,10 @@ class SetpointLimiter {
 
   /// Starts at rest at `q` [rad], the actual posture. A joint beyond its end may only move inwards.
   void reset(std::span<const double> q);
-  /// Moves one cycle towards `target` [rad]. Does not allocate. @return true if a limit changed the
-  /// set-point
-  bool follow(std::span<const double> target);
+  /// Moves one cycle towards `target` [rad]. Does not allocate.
+  /// @param brakes the stream stops the robot: no limit of the jerk
+  /// @return true if a limit changed the set-point
+  bool follow(std::span<const double> target, bool brakes = false);
   void rest() noexcept;
   /// The drives went on at their last velocity for `cycles` of which nobody told them.
   void coast(int cycles);
@@ -38,11 +43,17 @@ class SetpointLimiter {
   const Eigen::VectorXd& velocity() const { return v_; }  ///< velocity of the set-point [rad/s]
 
  private:
+  struct Stream {
+    double end, velocity, acceleration;  ///< of the stream, now
+  };
   void advance(Eigen::Index i, double wanted);
+  void move(Eigen::Index i, double v);
+  double smooth(Eigen::Index i, const Stream& stream) const;
+  bool may(Eigen::Index i, double a, double towards, double slack) const;
 
   JointLimits limits_;
   double dt_;
-  Eigen::VectorXd q_, v_, target_;
+  Eigen::VectorXd q_, v_, a_, target_, stream_;
 };
 
 }  // namespace mimesis::hw

@@ -79,15 +79,9 @@ bool is_name(std::string_view name) {
 using namespace std::chrono_literals;
 
 constexpr auto kLookPeriod = 20ms, kBusyLookPeriod = 2ms, kBusy = 500ms;
-constexpr auto kTick = 30ms;  // times of change within a tick of the kernel's clock are equal
 constexpr auto kWholePeriod = 1s;
 constexpr int kLooks = 20;  // 1 ms apart: a dying process closes its files, then drops the locks
 constexpr std::string_view kConductorSocket = "clock.sock";
-
-template <class Stamp>
-Stamp stamp_of(const struct stat& st) {
-  return {st.st_ino, st.st_mtim.tv_sec * 1'000'000'000 + st.st_mtim.tv_nsec};
-}
 
 struct flock whole_file(short type) {
   struct flock lock {};
@@ -366,7 +360,7 @@ void Registry::scan(bool all) {
     if (fstatat(dirfd(dir), entry->d_name, &st, AT_SYMLINK_NOFOLLOW) != 0) continue;
     const auto name = there.insert(entry->d_name).first;
     Stamp& seen = seen_[*name];
-    const Stamp now = stamp_of<Stamp>(st);
+    const Stamp now{st.st_ino, st.st_mtim.tv_sec * 1'000'000'000 + st.st_mtim.tv_nsec};
     if (all || seen != now) suspects_.emplace(*name, 0);
     seen = now;
   }
@@ -408,14 +402,10 @@ void Registry::read_deaths() {
 std::vector<RegistryChange> Registry::poll() {
   read_deaths();
   if (const auto now = std::chrono::steady_clock::now(); now >= next_look_) {
-    struct stat st {};
-    const bool there = stat(directory_.c_str(), &st) == 0;
-    const Stamp is = stamp_of<Stamp>(st);
-    if (there && is != directory_seen_) directory_seen_ = is, changed_ = now;
-    const bool whole = now >= next_whole_;
+    const bool changed = changes_.look(directory_, now), whole = now >= next_whole_;
     if (whole) next_whole_ = now + kWholePeriod;
-    if (whole || now < changed_ + kTick) scan(whole);
-    next_look_ = now + (now < changed_ + kBusy ? kBusyLookPeriod : kLookPeriod);
+    if (whole || changed) scan(whole);
+    next_look_ = now + (now < changes_.changed() + kBusy ? kBusyLookPeriod : kLookPeriod);
   }
   std::vector<RegistryChange> changes;
   std::optional<Sockets> sockets;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/runtime/folder_changes.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {
@@ -56,10 +57,8 @@ struct RegistryChange {
 };
 
 /// The nodes of a graph. Births are seen in the directory's time of change, which is read every
-/// 20 ms, for half a second after a change every 2 ms; deaths at once, through pidfds. inotify
-/// would tell births at once, but closing one waits for the kernel (Linux 6.18: 8 ms on an idle
-/// machine, up to 10 s on a busy one), and with it the end of every node. Entries that are no
-/// regular files of a bounded size are skipped, said once.
+/// 20 ms, for half a second after a change every 2 ms; deaths at once, through pidfds. Entries that
+/// are no regular files of a bounded size are skipped, said once.
 class Registry {
  public:
   explicit Registry(const std::string& directory);
@@ -97,10 +96,10 @@ class Registry {
   int deaths_;                         ///< epoll of `pidfds_`
   std::map<std::string, int> pidfds_;  ///< by node; absent: dead, or of elsewhere
   std::map<std::string, Stamp> seen_;
-  Stamp directory_seen_;
+  FolderChanges changes_;
   std::map<std::string, v1::NodeInfo> nodes_;
   std::map<std::string, int> suspects_;  ///< name -> looks left: to be read, or perhaps dying
-  std::chrono::steady_clock::time_point changed_{}, next_look_{}, next_whole_{};
+  std::chrono::steady_clock::time_point next_look_{}, next_whole_{};
 };
 
 }  // namespace mimesis::runtime

@@ -13,9 +13,24 @@
 namespace mimesis::hw::bridge {
 namespace {
 
-/// The driver of `count` joints from `first` on, which share a bus.
-cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int first, int count) {
-  const auto& [p, joints, stays_powered, graph] = request;
+constexpr double kPatience_s = 0.1, kTracking_rad = 0.1;
+
+double feedback_timeout_s(const ActuatorsRequest& request, const std::string& can) {
+  const BridgeParams& p = request.params;
+  if (p.feedback_timeout_s > 0.0) return p.feedback_timeout_s;
+  const bool prompt = can.starts_with("socketcan:") || request.graph.lockstep();
+  return prompt ? (p.missed_syncs - 0.5) / request.joints.rate_hz : kPatience_s;
+}
+
+std::unique_ptr<can::Bus> open_bus(const std::string& can, const ActuatorsRequest& request) {
+  auto bus = outside::open_can(can, request.graph);
+  return request.frames == nullptr ? std::move(bus) : request.frames->tap(std::move(bus), can);
+}
+
+/// The driver of `count` joints from `first` on, which share the bus `can`.
+cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int first, int count,
+                                          const std::string& can) {
+  const auto& [p, joints, stays_powered, graph, frames] = request;
   const auto range = [&](const auto& all) {
     return std::vector(all.begin() + first, all.begin() + first + count);
   };
@@ -26,9 +41,13 @@ cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int f
       .rate_hz = joints.rate_hz,
       .boot_timeout_s = p.boot_timeout_s,
       .transition_timeout_s = p.transition_timeout_s,
-      .feedback_timeout_s = p.feedback_timeout_s,
+      .feedback_timeout_s = feedback_timeout_s(request, can),
+      .missed_syncs = p.missed_syncs,
       .following_window_rad = p.following_window_rad,
       .following_time_s = p.following_time_s,
+      .tracking_window_rad = p.tracking_window_rad > 0.0 ? p.tracking_window_rad
+                             : joints.walks              ? 0.0
+                                                         : kTracking_rad,
       .readonly = p.readonly,
       .quick_stop = stays_powered ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables};
 }
@@ -39,26 +58,27 @@ std::unique_ptr<Actuators> make_cia402(const ActuatorsRequest& request) {
   int first = 0;
   for (const BusShare& bus : complete(p.buses, p.can, request.joints)) {
     drivers.push_back(std::make_unique<cia402::JointDriver>(
-        driver_options(request, first, bus.joints), outside::open_can(bus.can, request.graph)));
+        driver_options(request, first, bus.joints, bus.can), open_bus(bus.can, request)));
     first += bus.joints;
   }
   return std::make_unique<cia402::GroupDriver>(std::move(drivers));
 }
 
 std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
-  const auto& [p, joints, stays_powered, graph] = request;
+  const auto& [p, joints, stays_powered, graph, frames] = request;
   const std::vector<BusShare> buses = complete(p.buses, p.can, joints);
   if (buses.size() != 1)
     throw ConfigError("buses: PowerCube modules stand on one bus, there are more");
   return std::make_unique<powercube::Driver>(
-      powercube::DriverOptions{.axes = complete(p.axes, joints),
-                               .names = joints.names,
-                               .limits = joints.limits,
-                               .rate_hz = joints.rate_hz,
-                               .boot_timeout_s = p.boot_timeout_s,
-                               .feedback_timeout_s = p.feedback_timeout_s,
-                               .readonly = p.readonly},
-      outside::open_can(buses[0].can, graph));
+      powercube::DriverOptions{
+          .axes = complete(p.axes, joints),
+          .names = joints.names,
+          .limits = joints.limits,
+          .rate_hz = joints.rate_hz,
+          .boot_timeout_s = p.boot_timeout_s,
+          .feedback_timeout_s = p.feedback_timeout_s > 0.0 ? p.feedback_timeout_s : kPatience_s,
+          .readonly = p.readonly},
+      open_bus(buses[0].can, request));
 }
 
 std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {

@@ -8,6 +8,7 @@
 #include "common/runtime/params.h"
 #include "hw/actuators.h"
 #include "hw/joints/joints.h"
+#include "hw/outside/frame_log.h"
 
 namespace mimesis::hw::bridge {
 
@@ -20,7 +21,13 @@ struct BridgeParams {
   std::vector<BusShare> buses{};     ///< several buses instead of `can`
   std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, rtu:DEVICE, or empty
   bool readonly = false;             ///< listens to the drives and sends nothing; no hand
-  double silence_s = 0.1;            ///< the stream ends after this time without a command [s]
+  /// what lets a stream move the joints: service bridge/arm, or auto: the stream itself
+  std::string arming = "service";
+  std::string stop_input{};    ///< emergency stop at a Modbus server: tcp:HOST:PORT, rtu:DEVICE
+  int stop_input_unit = 1;     ///< its unit [1]
+  int stop_input_address = 0;  ///< discrete input that is 1 while the circuit is closed [1]
+  bool log_frames = false;     ///< publishes all frames of the buses: output `can`
+  double silence_s = 0.1;      ///< the stream ends after this time without a command [s]
   /// reaction to silence: quick_stop, hold; auto: hold if the robot walks
   std::string on_silence = "auto";
   /// largest distance of a stream's first command from the actual posture [rad]
@@ -28,10 +35,16 @@ struct BridgeParams {
   double jump_rad = 0.1;              ///< largest jump within a stream beyond v_max [rad]
   double boot_timeout_s = 2.0;        ///< time until missing drives are reported [s]
   double transition_timeout_s = 0.5;  ///< time limit of a change of a drive's state [s]
-  double feedback_timeout_s = 0.1;    ///< a drive is lost after this time without feedback [s]
+  /// a silent bus is lost after this time [s]; 0: 1.5 cycles on SocketCAN and in lock-step, 0.1 s
+  /// on a bus of this machine, whose drives are processes that may have to wait
+  double feedback_timeout_s = 0.0;
+  int missed_syncs = 2;  ///< a drive is lost that lets so many pass while others answer [1]
   double following_window_rad = 0.0;  ///< largest following error, 6065h; 0: the drives' own [rad]
   double following_time_s = 0.0;      ///< time beyond it until a fault, 6066h; 0: their own [s]
-  std::vector<cia402::Axis> axes{};   ///< drives of the joints; empty: nodes 1..n with defaults
+  /// largest distance of a joint from its set-point, beyond what its speed explains; 0: 0.1 rad of
+  /// an arm, any of a robot that walks, whose joints the ground pushes [rad]
+  double tracking_window_rad = 0.0;
+  std::vector<cia402::Axis> axes{};  ///< drives of the joints; empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
@@ -42,15 +55,22 @@ struct BridgeParams {
     runtime::list(v, "buses", buses);
     v("hand", hand);
     v("readonly", readonly);
+    v("arming", arming, {"service", "auto"});
+    v("stop_input", stop_input);
+    v("stop_input_unit", stop_input_unit, 1, 247);
+    v("stop_input_address", stop_input_address, 0, 65535);
+    v("log_frames", log_frames);
     v("silence_s", silence_s, 0.01, 1.0);
     v("on_silence", on_silence, {"auto", "quick_stop", "hold"});
     v("start_tolerance_rad", start_tolerance_rad, 0.001, 0.2);
     v("jump_rad", jump_rad, 0.001, 1.0);
     v("boot_timeout_s", boot_timeout_s, 0.1, 60.0);
     v("transition_timeout_s", transition_timeout_s, 0.05, 10.0);
-    v("feedback_timeout_s", feedback_timeout_s, 0.01, 1.0);
+    v("feedback_timeout_s", feedback_timeout_s, 0.0, 1.0);
+    v("missed_syncs", missed_syncs, 1, 100);
     v("following_window_rad", following_window_rad, 0.0, 3.0);
     v("following_time_s", following_time_s, 0.0, 10.0);
+    v("tracking_window_rad", tracking_window_rad, 0.0, 3.0);
     runtime::list(v, "axes", axes);
   }
   double robot_rate_hz() const;  ///< see run_node
@@ -66,6 +86,7 @@ struct ActuatorsRequest {
   const Joints& joints;  ///< joints of the robot's file: order, limits, home posture
   bool stays_powered;    ///< a stop leaves the joints powered, because the robot would fall
   runtime::Bus& graph;   ///< talk to devices through its outside(), or a log cannot be replayed
+  outside::FrameLog* frames = nullptr;  ///< takes the frames of all buses, if anybody asked for it
 };
 
 /// Returns actuators that respect `joints.limits` (SetpointLimiter). @throws ConfigError

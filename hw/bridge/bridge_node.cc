@@ -40,7 +40,8 @@ GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
           .names = joints.names,
           .hold_on_silence = holds(p, joints),
           .cycle = runtime::from_seconds(1.0 / joints.rate_hz),
-          .extrapolated_cycles = joints.extrapolated_cycles};
+          .extrapolated_cycles = joints.extrapolated_cycles,
+          .arms_itself = p.arming == "auto"};
 }
 
 v1::JointLimits to_proto(const std::string& robot, const Joints& joints) {
@@ -80,30 +81,92 @@ BridgeNode::BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machi
       driver_(make_actuators({.params = params_,
                               .joints = machine.second,
                               .stays_powered = holds(params_, machine.second),
-                              .graph = bus})),
+                              .graph = bus,
+                              .frames = params_.log_frames ? &frames_ : nullptr})),
+      stop_inputs_(params_.stop_input, params_.stop_input_unit, params_.stop_input_address, bus),
       command_(bus, "command", {.sole = true, .optional = params_.readonly}),
       hand_command_(bus, "hand_command",
                     {.sole = true, .optional = params_.readonly || params_.hand.empty()}),
+      emergency_stop_(bus, "emergency_stop", {.optional = true}),
       arm_(bus, "arm"),
       hand_(bus, "hand"),
       joints_(bus, "joints"),
       limits_(bus, "limits", {.latched = true}),
-      status_(bus, "status", {.latched = true}) {
+      status_(bus, "status", {.latched = true}),
+      can_(bus, "can") {
   params_.rate_hz = machine.second.rate_hz;
-  bus.serve("reset", google::protobuf::Empty::default_instance(),
-            v1::BridgeStatus::default_instance(),
-            [this](const std::string&) -> tl::expected<std::string, Status> {
-              if (const std::string why = driver_->reset_faults(); !why.empty())
-                return tl::unexpected(Status{why});
-              runtime::info("joints: faults are reset");
-              return status_message_.SerializeAsString();
-            });
+  serve(bus);
   if (params_.hand.empty() || params_.readonly) return;
   hand_driver_ = std::make_unique<outside::RecordedHand>(
       params_.hand,
       modbus::HandDriver::Options{.threaded = !bus.lockstep(),
                                   .timeout = bus.lockstep() ? kHandTimeoutLockstep : kHandTimeout},
       bus);
+}
+
+void BridgeNode::serve(runtime::Bus& bus) {
+  const auto offer = [&](const char* name, auto act) {
+    bus.serve(name, google::protobuf::Empty::default_instance(),
+              v1::BridgeStatus::default_instance(),
+              [this, act](const std::string&) -> tl::expected<std::string, Status> {
+                if (const std::string why = act(); !why.empty()) return tl::unexpected(Status{why});
+                v1::BridgeStatus answer = status_message_;
+                answer.set_armed(gate_.armed());
+                answer.set_reason(gate_.reason());
+                return answer.SerializeAsString();
+              });
+  };
+  const auto readonly = [this] { return params_.readonly ? "read-only: sends nothing" : ""; };
+  offer("arm", [this, readonly]() -> std::string {
+    if (reading_ == nullptr) return "no step yet";
+    return params_.readonly ? readonly() : gate_.arm(*reading_);
+  });
+  offer("disarm", [this]() -> std::string {
+    gate_.disarm("service bridge/disarm");
+    return {};
+  });
+  // Ends an emergency stop, and takes drives out of their faults.
+  offer("reset", [this, readonly]() -> std::string {
+    if (params_.readonly) return readonly();
+    if (!stop_demanded_.empty()) return "the emergency stop is still demanded: " + stop_demanded_;
+    const bool failed = reading_ != nullptr && reading_->phase == Phase::fault;
+    if (failed || !gate_.stopped()) {
+      if (std::string why = driver_->reset_faults(); !why.empty()) return why;
+      runtime::info("joints: faults are reset");
+    }
+    if (gate_.stopped()) gate_.release();
+    return {};
+  });
+}
+
+/// Emergency stops: by drives' inputs and a circuit as long as they are open, by signal and topic
+/// once.
+void BridgeNode::take_stops(const Reading& arm) {
+  stop_demanded_ = stop_inputs_.demanded();
+  if (stop_demanded_.empty()) stop_demanded_ = arm.emergency;
+  if (!stop_demanded_.empty()) gate_.emergency_stop(stop_demanded_);
+  if (const v1::EmergencyStop* stop = emergency_stop_.take())
+    gate_.emergency_stop(stop->reason().empty() ? "topic emergency_stop" : stop->reason());
+}
+
+void BridgeNode::publish_frames(runtime::Time now) {
+  frames_.take([&](const std::string& bus, const can::Frame& frame) {
+    const bool fd = frame.length > 8 || (frame.flags & can::kFd) != 0;
+    const bool remote = (frame.id & can::kRemoteFlag) != 0;
+    const bool extended = (frame.id & can::kExtendedFlag) != 0;
+    const bool error = (frame.id & can::kErrorFlag) != 0;
+    v1::CanFrame message;
+    message.set_bus(bus);
+    message.set_id(frame.id & (extended || error ? 0x1FFFFFFF : 0x7FF));
+    message.set_extended(extended);
+    message.set_remote(remote);
+    message.set_error(error);
+    message.set_fd(fd);
+    message.set_fd_flags(fd ? frame.flags & 3u : 0u);
+    message.set_remote_length(remote ? frame.length : 0u);
+    if (!remote) message.set_data(frame.data.data(), frame.length);
+    can_.send(message, now);
+  });
 }
 
 void BridgeNode::take_command(runtime::Time now, const Reading& arm) {
@@ -124,6 +187,7 @@ void BridgeNode::step_hand(runtime::Time now) {
     hand_setpoint_.closure = c->closure();
     hand_setpoint_.force = c->force();
   }
+  if (gate_.stopped()) hand_setpoint_.move = false;  // it stands still and keeps its object
   if (!hand_driver_ || steps_ % every(params_.rate_hz, kHandRateHz) != 0) return;
   const std::string before = hand_reading_.fault;
   hand_reading_ = hand_driver_->exchange(now, hand_setpoint_);
@@ -169,8 +233,9 @@ void BridgeNode::publish_arm(runtime::Time now, const Reading& arm) {
 
 void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
   const std::string& reason = arm.reason.empty() ? gate_.reason() : arm.reason;
-  const bool changed =
-      status_message_.state() != name(arm.phase) || status_message_.reason() != reason;
+  const bool changed = status_message_.state() != name(arm.phase) ||
+                       status_message_.reason() != reason ||
+                       status_message_.armed() != gate_.armed();
   if (!changed && now < status_due_) return;
   if (changed) {
     const std::string line =
@@ -187,17 +252,21 @@ void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
   status_message_.set_modbus_transactions(hand_reading_.transactions);
   status_message_.set_modbus_errors(hand_reading_.errors);
   status_message_.set_commands_limited(arm.limited);
+  status_message_.set_armed(gate_.armed());
   status_.send(status_message_, now);
 }
 
 void BridgeNode::step(runtime::Time now) {
   if (steps_ == 0) limits_.send(limits_message_, now);
   const Reading& arm = driver_->read(now);
+  reading_ = &arm;
+  take_stops(arm);
   take_command(now, arm);
   driver_->write(now, gate_.decide(now, arm));
   step_hand(now);
   publish_arm(now, arm);
   publish_status(now, arm);
+  publish_frames(now);
   ++steps_;
 }
 

@@ -7,7 +7,9 @@
 #include "hw/bridge/actuators_node.h"
 #include "hw/bridge/command_gate.h"
 #include "hw/outside/recorded.h"
+#include "hw/outside/stop_inputs.h"
 #include "proto/bridge.pb.h"
+#include "proto/can.pb.h"
 #include "proto/foxglove/joint_states.pb.h"
 
 namespace mimesis::hw::bridge {
@@ -24,6 +26,9 @@ class BridgeNode {
  private:
   BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machine);
   static std::pair<Params, Joints> with_machine(Params params);
+  void serve(runtime::Bus& bus);
+  void take_stops(const Reading& arm);
+  void publish_frames(runtime::Time now);
   void take_command(runtime::Time now, const Reading& arm);
   void step_hand(runtime::Time now);
   void publish_arm(runtime::Time now, const Reading& arm);
@@ -33,7 +38,11 @@ class BridgeNode {
   v1::JointLimits limits_message_;
   std::vector<double> ahead_;  // of the newest command
   CommandGate gate_;
+  outside::FrameLog frames_;
   std::unique_ptr<Actuators> driver_;
+  outside::StopInputs stop_inputs_;
+  std::string stop_demanded_;         // by a level, in this step
+  const Reading* reading_ = nullptr;  // of the last step
   std::unique_ptr<outside::RecordedHand> hand_driver_;
   modbus::HandSetpoint hand_setpoint_;
   modbus::HandReading hand_reading_;
@@ -45,11 +54,13 @@ class BridgeNode {
 
   runtime::Latest<v1::JointCommand> command_;
   runtime::Latest<v1::HandCommand> hand_command_;
+  runtime::Latest<v1::EmergencyStop> emergency_stop_;
   runtime::Out<v1::JointState> arm_;
   runtime::Out<v1::HandState> hand_;
   runtime::Out<foxglove::JointStates> joints_;
   runtime::Out<v1::JointLimits> limits_;
   runtime::Out<v1::BridgeStatus> status_;
+  runtime::Out<v1::CanFrame> can_;
 };
 
 }  // namespace mimesis::hw::bridge

@@ -8,11 +8,63 @@
 #include "common/time.h"
 
 namespace mimesis::hw::bridge {
+namespace {
+
+constexpr const char* kNotArmed = "not armed (service bridge/arm)";
+
+}  // namespace
 
 CommandGate::CommandGate(GateLimits limits)
     : limits_(std::move(limits)),
       command_(limits_.v_max_rad_s.size(), 0.0),
-      track_(limits_.cycle, limits_.v_max_rad_s, limits_.a_max_rad_s2) {}
+      track_(limits_.cycle, limits_.v_max_rad_s, limits_.a_max_rad_s2),
+      armed_(limits_.arms_itself),
+      reason_(armed_ ? "no command yet" : kNotArmed) {}
+
+std::string CommandGate::arm(const Reading& arm) {
+  if (armed_) return {};
+  if (stopped()) return emergency_ + ": bridge/reset ends it, once it is released";
+  if (arm.phase == Phase::fault || arm.phase == Phase::starting) return arm.reason;
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    const DriveState state = arm.joints[i].drive;
+    const bool ready = arm.posture_known && state != DriveState::unknown &&
+                       state != DriveState::fault && state != DriveState::fault_reaction_active;
+    if (!ready) {
+      return fmt::format("{}: expected a drive without fault whose position is known, is {}",
+                         name_of(i), text(arm.joints[i]));
+    }
+  }
+  armed_ = true;
+  reason_ = "armed: no command yet";
+  return {};
+}
+
+/// The stream ends here and now; of those that go on none is obeyed.
+void CommandGate::close(const std::string& why) {
+  needs_silence_ = needs_silence_ || open_;
+  open_ = ending_ = false;
+  rest_ = Mode::idle;
+  reason_ = why;
+}
+
+void CommandGate::disarm(const std::string& why) {
+  armed_ = false;
+  close("disarmed: " + why);
+}
+
+void CommandGate::emergency_stop(const std::string& why) {
+  if (stopped()) return;  // the first cause counts
+  emergency_ = "emergency stop: " + why;
+  armed_ = false;
+  close(emergency_);
+}
+
+void CommandGate::release() {
+  emergency_.clear();
+  armed_ = limits_.arms_itself;
+  needs_silence_ = true;
+  reason_ = "ready after an emergency stop";
+}
 
 std::string CommandGate::name_of(std::size_t joint) const {
   return limits_.names.empty() ? "A" + std::to_string(joint + 1) : limits_.names[joint];
@@ -32,6 +84,8 @@ bool CommandGate::runs_wild(std::span<const double> position_rad,
 
 std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> position_rad,
                                  const Reading& arm, std::span<const double> ahead) const {
+  if (stopped()) return emergency_;
+  if (!armed_) return kNotArmed;
   if (position_rad.size() != command_.size()) {
     return fmt::format("command for {} joints, the arm has {}", position_rad.size(),
                        command_.size());
@@ -63,9 +117,9 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
         open_ ? limits_.jump_rad + limits_.v_max_rad_s[i] * elapsed : limits_.start_tolerance_rad;
     const double distance = std::abs(position_rad[i] - from);
     if (distance > allowed) {
-      return fmt::format("{} {:.3f} rad{}, allowed are {:.3f}",
+      return fmt::format("{} {:.3f} rad{}, allowed are {:.3f}; the drive is {}",
                          name_of(i) + (open_ ? " jumps by" : " starts"), distance,
-                         open_ ? "" : " from its actual position", allowed);
+                         open_ ? "" : " from its actual position", allowed, text(arm.joints[i]));
     }
   }
   return {};
@@ -102,12 +156,11 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
     needs_silence_ = false;
     reason_ = "ready for a new stream";
   }
-  if (arm.phase == Phase::fault && open_) {
-    open_ = ending_ = false;
-    needs_silence_ = true;
-    reason_ = arm.reason;
+  if (arm.phase == Phase::fault) {
+    if (open_) close(arm.reason);
+    rest_ = Mode::idle;
+    armed_ = limits_.arms_itself && !stopped();
   }
-  if (arm.phase == Phase::fault) rest_ = Mode::idle;
   if (!open_) return {.mode = rest_};
   const Time age = now - accepted_;
   if (age > limits_.silence) {
@@ -128,7 +181,10 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
 
 Setpoint CommandGate::follow(int missed, bool brake) {
   track_.coast(missed);
-  return {.mode = Mode::follow, .position_rad = track_.advance(brake), .missed = missed};
+  return {.mode = Mode::follow,
+          .position_rad = track_.advance(brake),
+          .missed = missed,
+          .brakes = brake};
 }
 
 }  // namespace mimesis::hw::bridge

@@ -22,10 +22,12 @@ struct GateLimits {
   bool hold_on_silence = false;      ///< instead of a quick stop: come to rest, powered
   Time cycle = std::chrono::milliseconds(5);  ///< period of `decide`
   int extrapolated_cycles = 0;  ///< that may be left out: the drives go on at their rate
+  bool arms_itself = true;      ///< else no stream is obeyed before arm()
 };
 
-/// Decides in every cycle whether the stream of commands is obeyed. A stream starts with a command
-/// at the actual posture; it ends by silence. Late or silent commands stop the arm: on its path, if
+/// Decides in every cycle whether the stream of commands is obeyed. A stream needs armed joints and
+/// starts with a command at the actual posture; it ends by silence. A fault, an emergency stop and
+/// disarm() end the arming. Late or silent commands stop the arm: on its path, if
 /// the last command said how it goes on, else joint by joint. After a fault only a new stream
 /// counts: one that comes after silence. Pure: knows graph time as argument.
 class CommandGate {
@@ -39,6 +41,17 @@ class CommandGate {
   std::string offer(Time now, Time stamp, std::span<const double> position_rad, const Reading& arm,
                     std::span<const double> ahead = {});
 
+  /// Streams are obeyed from now on. @return empty, or why not: axis, state, statusword
+  std::string arm(const Reading& arm);
+  bool armed() const { return armed_; }
+  /// Quick stop; no stream is obeyed until arm().
+  void disarm(const std::string& why);
+  /// Quick stop; nothing is obeyed until release(), then arm().
+  void emergency_stop(const std::string& why);
+  bool stopped() const { return !emergency_.empty(); }
+  /// Ends an emergency stop; the joints stay where they are.
+  void release();
+
   /// Set-point of this cycle; valid until the next call of either function.
   Setpoint decide(Time now, const Reading& arm);
 
@@ -47,6 +60,7 @@ class CommandGate {
 
  private:
   std::string name_of(std::size_t joint) const;
+  void close(const std::string& why);
   std::string why_not(Time now, Time stamp, std::span<const double> position_rad,
                       const Reading& arm, std::span<const double> ahead) const;
   bool runs_wild(std::span<const double> position_rad, std::span<const double> ahead) const;
@@ -64,8 +78,10 @@ class CommandGate {
   bool open_ = false;
   bool ending_ = false;  // silent: comes to rest on its path
   bool needs_silence_ = false;
+  bool armed_;
+  std::string emergency_;   // why; empty: none
   Mode rest_ = Mode::idle;  // without a stream
-  std::string reason_ = "no command yet";
+  std::string reason_;
 };
 
 }  // namespace mimesis::hw::bridge

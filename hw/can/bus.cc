@@ -1,12 +1,14 @@
 #include "hw/can/bus.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
-#include <sys/inotify.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -19,7 +21,10 @@
 #include <vector>
 
 #include "common/error.h"
+#include "common/runtime/folder_changes.h"
 #include "common/runtime/log.h"
+#include "hw/can/multicast.h"
+#include "hw/can/slcan.h"
 
 namespace mimesis::hw::can {
 namespace {
@@ -54,33 +59,28 @@ class EmbeddedBus final : public Bus {
   EmbeddedBus(const std::string& name, const std::string& directory)
       : folder_((fs::path(directory) / ("can-" + name)).string()), arrived_(kBatch) {
     static std::atomic<int> participants{0};
+    peers_.reserve(kMostPeers);
     path_ = folder_ + "/" + std::to_string(getpid()) + "." + std::to_string(participants++);
     const sockaddr_un address = socket_address(path_);
     socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    watch_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-    if (socket_ < 0 || watch_ < 0) fail("cannot open a socket and a watch");
+    if (socket_ < 0) fail("cannot open a socket");
     // The last of another group of participants may remove the folder at any time.
     for (int left = kTries; !enter(address); --left) {
       if (errno != ENOENT || left == 0) fail("cannot bind " + path_);
     }
-    find_peers();
   }
 
   ~EmbeddedBus() override {
     unlink(path_.c_str());
     rmdir(folder_.c_str());  // stays while others are in it
     if (socket_ >= 0) close(socket_);
-    if (watch_ >= 0) close(watch_);
   }
 
   EmbeddedBus(const EmbeddedBus&) = delete;
   EmbeddedBus& operator=(const EmbeddedBus&) = delete;
 
   void send(std::span<const Frame> frames) override {
-    alignas(inotify_event) char events[1024];
-    bool changed = false;
-    while (read(watch_, events, sizeof(events)) > 0) changed = true;
-    if (changed) find_peers();
+    if (changes_.look(folder_, std::chrono::steady_clock::now())) find_peers();
     while (!frames.empty()) {
       const auto batch = frames.first(std::min(frames.size(), kBatch));
       (send_to_all(batch) ? counters_.sent : counters_.errors) += batch.size();
@@ -118,38 +118,55 @@ class EmbeddedBus final : public Bus {
  private:
   static constexpr int kTries = 100;
 
-  /// Makes, watches and joins the folder; false with errno if that fails.
+  /// Makes and joins the folder; false with errno if that fails.
   bool enter(const sockaddr_un& address) {
     std::error_code error;
     fs::create_directories(folder_, error);
     if (error) throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
-    if (inotify_add_watch(watch_, folder_.c_str(), IN_CREATE | IN_DELETE) < 0) return false;
     unlink(path_.c_str());  // socket of a dead process that had our number
     return bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   }
 
+  /// Reads the folder by hand: in a cycle nothing allocates, not even when somebody joins.
   void find_peers() {
     peers_.clear();
-    std::error_code error;
-    std::vector<std::string> paths;
+    const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0) return;
+    alignas(dirent64) std::array<char, 4096> entries;
     bool strange = false;
-    for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
-      const std::string path = it->path();
-      std::error_code gone;
-      const auto type = it->symlink_status(gone).type();
-      if (gone || path == path_) continue;
-      const bool usable =
-          type == fs::file_type::socket && path.size() <= kLongestPath && paths.size() < kMostPeers;
-      if (usable) paths.push_back(path);
-      strange = strange || !usable;
+    for (ssize_t bytes = 0; (bytes = getdents64(folder, entries.data(), entries.size())) > 0;) {
+      for (ssize_t at = 0; at < bytes;) {
+        const auto& entry =
+            *reinterpret_cast<const dirent64*>(&entries[static_cast<std::size_t>(at)]);
+        at += entry.d_reclen;
+        const std::string_view name(entry.d_name);
+        if (name == "." || name == ".." ||
+            name == std::string_view(path_).substr(folder_.size() + 1))
+          continue;
+        struct stat st {};
+        const bool there = fstatat(folder, entry.d_name, &st, AT_SYMLINK_NOFOLLOW) == 0;
+        const bool usable = S_ISSOCK(st.st_mode) &&
+                            folder_.size() + 1 + name.size() <= kLongestPath &&
+                            peers_.size() < kMostPeers;
+        strange = strange || (there && !usable);
+        if (!there || !usable) continue;
+        sockaddr_un& peer = peers_.emplace_back();
+        peer.sun_family = AF_UNIX;
+        char* path = std::copy(folder_.begin(), folder_.end(), peer.sun_path);
+        *path = '/';
+        std::copy(name.begin(), name.end(), path + 1);
+      }
     }
+    close(folder);
     if (strange && !std::exchange(said_strange_, true)) {
       runtime::warn(
           "CAN bus: entries of {} are skipped: expected at most {} sockets with paths of {} bytes",
           folder_, kMostPeers, kLongestPath);
     }
-    std::sort(paths.begin(), paths.end());  // one order of delivery, independent of the file system
-    for (const std::string& path : paths) peers_.push_back(socket_address(path));
+    // One order of delivery, independent of the file system.
+    std::ranges::sort(peers_, [](const sockaddr_un& a, const sockaddr_un& b) {
+      return std::strcmp(a.sun_path, b.sun_path) < 0;
+    });
   }
 
   void forget_dead(std::size_t peer) {
@@ -177,7 +194,7 @@ class EmbeddedBus final : public Bus {
 
   std::string folder_, path_;
   int socket_ = -1;
-  int watch_ = -1;  // inotify on the folder: participants that come and go
+  runtime::FolderChanges changes_;  // participants that come and go
   std::vector<sockaddr_un> peers_;
   bool said_strange_ = false;
   std::vector<Frame> arrived_;  // last datagram, consumed from `next_`
@@ -281,19 +298,31 @@ class SocketCan final : public Bus {
 
 }  // namespace
 
+const char* trouble(const Frame& frame) {
+  if ((frame.id & kErrorFlag) == 0) return nullptr;
+  if ((frame.id & kBusOff) != 0) return "bus-off";
+  const bool passive = (frame.id & kControllerState) != 0 && (frame.data[1] & kPassive) != 0;
+  return passive ? "error-passive" : nullptr;
+}
+
 void check_address(const std::string& address) {
   const std::size_t colon = address.find(':');
   const std::string kind = address.substr(0, colon);
   const bool named = colon != std::string::npos && colon + 1 < address.size();
   if (named && kind == "embedded" && address.find('/') == std::string::npos) return;
-  if (named && kind == "socketcan") return;
-  throw ConfigError("CAN bus '" + address + "': expected embedded:NAME or socketcan:INTERFACE");
+  if (named && (kind == "socketcan" || kind == "udp_multicast")) return;
+  if (named && kind == "slcan" && address[colon + 1] == '/') return;
+  throw ConfigError("CAN bus '" + address +
+                    "': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP or "
+                    "slcan:/dev/NAME");
 }
 
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory) {
   check_address(address);
   const std::string name = address.substr(address.find(':') + 1);
   if (address.starts_with("embedded")) return std::make_unique<EmbeddedBus>(name, directory);
+  if (address.starts_with("udp_multicast")) return open_multicast(name);
+  if (address.starts_with("slcan")) return open_slcan(name);
   return std::make_unique<SocketCan>(name);
 }
 

@@ -14,6 +14,9 @@ inline constexpr std::uint32_t kErrorFlag =
 inline constexpr std::uint32_t kBusOff =
     0x40;  ///< class bit of an error frame: no longer on the bus
 
+inline constexpr std::uint32_t kControllerState = 0x04;  ///< class bit: see data[1]
+inline constexpr std::uint8_t kPassive = 0x30;           ///< bits of data[1]: error-passive
+
 inline constexpr std::uint8_t kFd = 0x04;  ///< of Frame::flags: a CAN FD frame, which may be short
 
 /// One CAN or CAN FD frame. Same layout and meaning as the kernel's struct canfd_frame
@@ -28,6 +31,10 @@ struct Frame {
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 static_assert(sizeof(Frame) == 72);
+
+/// What keeps our controller from the bus, if this frame says so: "bus-off", "error-passive". Else
+/// null.
+const char* trouble(const Frame& frame);
 
 /// Traffic of a bus since it was opened.
 struct Counters {
@@ -58,6 +65,8 @@ class Bus {
 /// Opens the bus at `address`:
 ///   embedded:NAME    Unix datagram sockets below `directory` (the graph's), no CAN in the kernel
 ///   socketcan:IFACE  the kernel's CAN interface
+///   udp_multicast:GROUP  see multicast.h; on this machine alone
+///   slcan:/dev/NAME  an adapter on a serial line, see slcan.h
 /// @throws ConfigError with one line: unknown kind, no such interface, interface down, no CAN in
 /// the kernel
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory);

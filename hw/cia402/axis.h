@@ -13,6 +13,7 @@ struct Axis {
   int sign = 1;                     ///< +1, or -1 if the drive turns against the model's axis [1]
   double rated_torque_n_m = 100.0;  ///< at the joint; 6077h is in thousandths of it [N m]
   double offset_rad = 0.0;          ///< the joint's position where the drive counts 0 [rad]
+  int stop_bit = -1;  ///< bit of 60FDh: 1 while an emergency stop's circuit is closed; -1: none
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -21,6 +22,7 @@ struct Axis {
     v("sign", sign, -1, 1);
     v("rated_torque_n_m", rated_torque_n_m, 0.1, 1e4);
     v("offset_rad", offset_rad, -1e3, 1e3);
+    v("stop_bit", stop_bit, -1, 31);
   }
 
   std::int32_t to_increments(double rad) const;  ///< position; saturates

@@ -47,7 +47,10 @@ void AxisMaster::restart() {
   step_ = 0;
   attempts_ = 0;
   refused_ = 0;
-  verifying_ = heard_ = rebooted_ = position_known_ = false;
+  verifying_ = heard_ = rebooted_ = answered_ = position_known_ = false;
+  stop_known_ = stop_open_ = false;
+  on_sync_ = true;
+  missed_ = 0;
   asked_ = std::nullopt;
   demand_rad_ = std::nullopt;
   failure_.clear();
@@ -102,6 +105,8 @@ void AxisMaster::check_maps() {
   };
   demand(shown(object::kStatusword, 2), object::kStatusword, "TPDO1 or TPDO2");
   demand(shown(object::kPosition, 4), object::kPosition, "TPDO1 or TPDO2");
+  if (axis_.stop_bit >= 0)
+    demand(carries(maps_[3], object::kDigitalInputs, 4), object::kDigitalInputs, "TPDO3");
   shows_velocity_ = shown(object::kVelocity, 4);
 }
 
@@ -113,6 +118,7 @@ void AxisMaster::note(const SetupStep& step, std::uint32_t code, const std::stri
 /// The mapping of a PDO that is as the maker has made it.
 void AxisMaster::learn_mapping(const SetupStep& refused, std::uint32_t code) {
   const int pdo = refused.pdo;
+  on_sync_ = on_sync_ && pdo != 1;
   const Object count{refused.object.index, 0};
   note(refused, code, "its own mapping is used");
   const auto here = steps_.begin() + static_cast<std::ptrdiff_t>(step_);
@@ -200,7 +206,8 @@ void AxisMaster::handle(const Identity& id, const can::Frame& frame, Time now) {
       emergency_ = static_cast<std::uint16_t>(unsigned_at(frame, 0, 2).value_or(0));
       return;
     case Identity::Kind::tpdo:
-      if (id.n <= 2) take_in(maps_.at(static_cast<std::size_t>(id.n)), frame, now);
+      if (id.n < static_cast<int>(maps_.size()))
+        take_in(maps_.at(static_cast<std::size_t>(id.n)), frame, now);
       return;
     default:
       return;
@@ -216,11 +223,12 @@ void AxisMaster::take_in(const std::vector<Mapped>& map, const can::Frame& frame
     const std::int32_t value = signed_at(frame, at, m.bytes).value_or(0);
     at += m.bytes;
     if (m.object == object::kStatusword) {
-      statusword_ = static_cast<std::uint16_t>(value);
-      const DriveState state = decode_statusword(statusword_);
+      reading_.statusword = static_cast<std::uint16_t>(value);
+      const DriveState state = decode_statusword(reading_.statusword);
       if (state != reading_.drive) state_since_ = now;
       reading_.drive = state;
       feedback_seen_ = now;
+      answered_ = true;
     } else if (m.object == object::kPosition) {
       const double before = std::exchange(reading_.position_rad, axis_.to_rad(value));
       if (!shows_velocity_ && position_known_ && now > position_seen_) {
@@ -237,9 +245,13 @@ void AxisMaster::take_in(const std::vector<Mapped>& map, const can::Frame& frame
       const double demand_rad = axis_.to_rad(value);
       demand_moves_ = demand_rad_ && *demand_rad_ != demand_rad;
       demand_rad_ = demand_rad;
+    } else if (m.object == object::kDigitalInputs && axis_.stop_bit >= 0) {
+      stop_known_ = true;
+      stop_open_ = (static_cast<std::uint32_t>(value) >> axis_.stop_bit & 1) == 0;
     }
   }
-  heard_ = position_known_ && reading_.drive != DriveState::unknown;
+  heard_ = position_known_ && reading_.drive != DriveState::unknown &&
+           (stop_known_ || axis_.stop_bit < 0);
 }
 
 can::Frame AxisMaster::command() const {
@@ -255,8 +267,7 @@ can::Frame AxisMaster::command() const {
 }
 
 std::string AxisMaster::complaint(DriveState expected) const {
-  std::string line = name_ + ": expected " + hw::name(expected) + ", is " +
-                     hw::name(reading_.drive) + " (statusword " + hex(statusword_) + ")";
+  std::string line = name_ + ": expected " + hw::name(expected) + ", is " + hw::text(reading_);
   if (emergency_ != 0) line += ": " + emergency_text(emergency_);
   return line;
 }

@@ -40,6 +40,15 @@ class AxisMaster {
   bool take_rebooted() { return std::exchange(rebooted_, false); }
 
   bool heard() const { return heard_; }  ///< feedback has come since the start
+  /// Ends a cycle whose SYNC was on the wire: it counts as missed if this drive has sent no
+  /// feedback since the last, though `others` have.
+  void end_cycle(bool others) {
+    missed_ = answered_ ? 0 : missed_ + (others && on_sync_ ? 1 : 0);
+    answered_ = false;
+  }
+  bool answered() const { return answered_; }    ///< feedback has come in this cycle
+  int missed() const { return missed_; }         ///< cycles in a row
+  bool stop_open() const { return stop_open_; }  ///< its input of an emergency stop
   Time feedback_age(Time now) const { return now - feedback_seen_; }
   Time heartbeat_age(Time now) const { return now - heartbeat_seen_; }
   const JointReading& reading() const { return reading_; }
@@ -91,9 +100,11 @@ class AxisMaster {
   JointReading reading_;
   std::optional<double> demand_rad_;
   bool demand_moves_ = false;
-  std::uint16_t statusword_ = 0;
   std::uint16_t emergency_ = 0;
-  bool heard_ = false, rebooted_ = false;
+  bool heard_ = false, rebooted_ = false, answered_ = false;
+  bool on_sync_ = true;  // its feedback is mapped by us
+  bool stop_known_ = false, stop_open_ = false;
+  int missed_ = 0;
   bool position_known_ = false, shows_velocity_ = true;
   Time feedback_seen_{}, heartbeat_seen_{}, state_since_{}, position_seen_{};
 };

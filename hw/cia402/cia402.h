@@ -48,7 +48,8 @@ inline constexpr Object kDeviceType{0x1000, 0}, kMasterHeartbeat{0x1016, 1},
     kPosition{0x6064, 0}, kFollowingWindow{0x6065, 0}, kFollowingTime{0x6066, 0},
     kVelocity{0x606C, 0}, kTorque{0x6077, 0}, kTarget{0x607A, 0}, kPositionMin{0x607D, 1},
     kPositionMax{0x607D, 2}, kMaxVelocity{0x607F, 0}, kQuickStopDeceleration{0x6085, 0},
-    kPeriodValue{0x60C2, 1}, kPeriodExponent{0x60C2, 2}, kSupportedModes{0x6502, 0};
+    kPeriodValue{0x60C2, 1}, kPeriodExponent{0x60C2, 2}, kDigitalInputs{0x60FD, 0},
+    kSupportedModes{0x6502, 0};
 }  // namespace object
 
 }  // namespace mimesis::hw::cia402

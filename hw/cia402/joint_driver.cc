@@ -37,7 +37,8 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
       limiter_(options_.limits, 1.0 / options_.rate_hz),
       inbox_(256),
       axis_of_node_(kLastNode + 1, -1),
-      posture_(options_.axes.size(), 0.0) {
+      posture_(options_.axes.size(), 0.0),
+      astray_(options_.axes.size(), 0) {
   const std::size_t n = options_.axes.size();
   MIMESIS_ASSERT(options_.limits.q_min.size() == static_cast<Eigen::Index>(n));
   MIMESIS_ASSERT(options_.names.empty() || options_.names.size() == n);
@@ -103,17 +104,24 @@ void JointDriver::receive() {
   do {
     count = bus_->receive(inbox_);
     for (const can::Frame& frame : std::span(inbox_).first(count)) {
-      if ((frame.id & can::kErrorFlag) != 0) {
-        if ((frame.id & can::kBusOff) == 0) continue;
-        for (AxisMaster& axis : axes_) lose(axis, "the CAN controller is bus-off");
+      if (const char* trouble = can::trouble(frame)) {
+        for (AxisMaster& axis : axes_) lose(axis, std::string("the CAN controller is ") + trouble);
         silent_until_ = now_ + kRetry;
-        continue;
       }
+      if ((frame.id & can::kErrorFlag) != 0) continue;
       const Identity id = identify(frame);
       const int axis = axis_of_node_[static_cast<std::size_t>(id.node)];
       if (axis >= 0) axes_[static_cast<std::size_t>(axis)].handle(id, frame, now_);
     }
   } while (count == inbox_.size());
+}
+
+/// A cycle counts for a drive only if another one has answered: then the bus has carried the SYNC,
+/// and it is not the machine that is late.
+void JointDriver::count_answers() {
+  if (!std::exchange(synced_, false)) return;
+  const auto answered = std::ranges::count_if(axes_, &AxisMaster::answered);
+  for (AxisMaster& axis : axes_) axis.end_cycle(answered > (axis.answered() ? 1 : 0));
 }
 
 void JointDriver::set_up() {
@@ -157,8 +165,15 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
   if (axis.heartbeat_age(now_) > milliseconds(kDriveHeartbeatTimeoutMs)) {
     return lose(axis, "no heartbeat for " + seconds(1e-3 * kDriveHeartbeatTimeoutMs));
   }
-  if (axis.feedback_age(now_) > from_seconds(options_.feedback_timeout_s)) {
-    return lose(axis, "no feedback for " + seconds(options_.feedback_timeout_s));
+  if (axis.heard() && axis.missed() >= options_.missed_syncs) {
+    return lose(axis, fmt::format("no feedback on {} SYNCs that others have answered",
+                                  options_.missed_syncs));
+  }
+  // A drive that has just been started may take its time.
+  const double timeout_s =
+      axis.heard() ? options_.feedback_timeout_s : std::max(options_.feedback_timeout_s, 0.1);
+  if (axis.feedback_age(now_) > from_seconds(timeout_s)) {
+    return lose(axis, "no feedback for " + seconds(timeout_s));
   }
   if (!axis.heard()) return;
   const DriveState state = axis.reading().drive;
@@ -183,15 +198,36 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
   }
 }
 
+/// What is measured is two cycles behind the set-point, and the drive needs as much to follow. Two
+/// new measurements in a row have to say it: the first after a pause of the drive is old.
+void JointDriver::supervise_tracking() {
+  constexpr double kBehind = 4.0;  // cycles
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const AxisMaster& axis = axes_[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double distance = std::abs(axis.reading().position_rad - limiter_.position()[k]);
+    const double allowed = options_.tracking_window_rad +
+                           kBehind / options_.rate_hz * std::abs(limiter_.velocity()[k]);
+    if (axis.feedback_age(now_) > Time(0)) continue;
+    astray_[i] = distance > allowed ? astray_[i] + 1 : 0;
+    if (astray_[i] < 2) continue;
+    return fault(fmt::format("{}: is {:.3f} rad from its set-point, allowed are {:.3f}; it is {}",
+                             axis.name(), distance, allowed, text(axis.reading())));
+  }
+}
+
 void JointDriver::supervise() {
   for (AxisMaster& axis : axes_) supervise_axis(axis);
   if (!configured_) return;
+  if (reading_.phase == Phase::following && options_.tracking_window_rad > 0.0)
+    supervise_tracking();
   const auto enabled = [](const AxisMaster& a) {
     return a.reading().drive == DriveState::operation_enabled;
   };
   if (reading_.phase == Phase::enabling && std::ranges::all_of(axes_, enabled)) {
     for (std::size_t i = 0; i < axes_.size(); ++i) posture_[i] = axes_[i].target_rad;
     limiter_.reset(posture_);
+    std::ranges::fill(astray_, 0);
     enter(Phase::following);
   }
   switch (reading_.phase) {
@@ -237,6 +273,13 @@ Phase JointDriver::rest() const {
 
 void JointDriver::publish() {
   for (std::size_t i = 0; i < axes_.size(); ++i) reading_.joints[i] = axes_[i].reading();
+  const auto open = std::ranges::find_if(axes_, &AxisMaster::stop_open);
+  if (open == axes_.end()) {
+    reading_.emergency.clear();
+  } else if (reading_.emergency.empty()) {
+    reading_.emergency = fmt::format("{}: bit {} of its inputs (60FD:00) is open", open->name(),
+                                     open->axis().stop_bit);
+  }
   reading_.posture_known = reading_.posture_known || std::ranges::all_of(axes_, &AxisMaster::heard);
 }
 
@@ -249,6 +292,7 @@ const Reading& JointDriver::read(Time now) {
     if (!options_.readonly) outbox_.push_back(nmt(Nmt::reset_communication, 0));
   }
   receive();
+  count_answers();
   if (options_.readonly) {
     const auto fresh = [&](const AxisMaster& a) {
       return a.heard() && a.feedback_age(now_) < from_seconds(options_.feedback_timeout_s);
@@ -290,7 +334,7 @@ void JointDriver::obey(const Setpoint& setpoint) {
       } else if (setpoint.mode == Mode::hold) {
         limiter_.hold();
       } else {
-        reading_.limited += limiter_.follow(setpoint.position_rad) ? 1 : 0;
+        reading_.limited += limiter_.follow(setpoint.position_rad, setpoint.brakes) ? 1 : 0;
       }
       return;
     case Phase::starting:
@@ -338,7 +382,9 @@ void JointDriver::command_axes() {
 void JointDriver::send_setpoints() {
   for (const AxisMaster& axis : axes_) outbox_.push_back(axis.command());
   outbox_.push_back(sync());
+  const std::uint64_t errors = bus_->counters().errors;
   bus_->send(outbox_);
+  synced_ = bus_->counters().errors == errors;
   outbox_.clear();
 }
 
@@ -379,6 +425,9 @@ void GroupDriver::combine() {
   }
   reading_.reason = readings_[speaker_]->reason;
   reading_.posture_known = std::ranges::all_of(readings_, &Reading::posture_known);
+  const auto open =
+      std::ranges::find_if_not(readings_, [](const Reading* r) { return r->emergency.empty(); });
+  reading_.emergency = open == readings_.end() ? "" : (*open)->emergency;
   std::uint64_t limited = 0;
   reading_.joints.clear();
   for (const Reading* part : readings_) {
@@ -420,8 +469,10 @@ void GroupDriver::write(Time now, const Setpoint& setpoint) {
     const auto position_rad = ready && setpoint.mode == Mode::follow
                                   ? setpoint.position_rad.subspan(first, joints)
                                   : std::span<const double>{};
-    parts_[i]->write(now,
-                     {.mode = modes_[i], .position_rad = position_rad, .missed = setpoint.missed});
+    parts_[i]->write(now, {.mode = modes_[i],
+                           .position_rad = position_rad,
+                           .missed = setpoint.missed,
+                           .brakes = setpoint.brakes});
     first += joints;
   }
   combine();

@@ -18,10 +18,13 @@ struct JointDriverOptions {
   double rate_hz = 200.0;             ///< rate of read and write
   double boot_timeout_s = 2.0;        ///< until missing drives are reported
   double transition_timeout_s = 0.5;  ///< per change of a drive's state
-  double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost
+  double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost, also if all are silent
+  int missed_syncs = 2;               ///< in a row that others answered: the axis is lost
   double following_window_rad = 0.0;  ///< 6065h of the drives; 0: their own
   double following_time_s = 0.0;      ///< 6066h of the drives; 0: their own
-  bool readonly = false;              ///< listens, never sends
+  /// largest distance of a joint from its set-point, beyond what its speed explains; 0: any
+  double tracking_window_rad = 0.0;
+  bool readonly = false;  ///< listens, never sends
   /// reaction of the drives, also to their own watchdogs
   QuickStop quick_stop = QuickStop::disables;
 };
@@ -48,6 +51,8 @@ class JointDriver final : public Actuators {
   void receive();
   void set_up();
   void supervise();
+  void count_answers();
+  void supervise_tracking();
   void supervise_axis(AxisMaster& axis);
   void publish();
   void fault(const std::string& why);
@@ -68,6 +73,7 @@ class JointDriver final : public Actuators {
   std::vector<can::Frame> inbox_, outbox_;
   std::vector<int> axis_of_node_;
   std::vector<double> posture_;
+  std::vector<int> astray_;  // measurements in a row, by axis
   Reading reading_;
 
   Time now_{};      // time of the last read or write
@@ -77,6 +83,7 @@ class JointDriver final : public Actuators {
   Time retry_at_{};          // after a failed set-up
   Time reset_until_{};       // drives in fault are reset until then
   bool begun_ = false;       // first cycle seen
+  bool synced_ = false;      // the last SYNC went to the wire
   bool configured_ = false;  // every drive is configured and started
   bool may_enable_ = true;   // Mode::idle was set since the last fault
 };

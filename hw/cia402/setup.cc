@@ -120,6 +120,7 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
   std::vector<Mapped> slower = {{object::kVelocity, 4}};
   if (quick_stop == QuickStop::stays_powered) slower.push_back({object::kDemand, 4});
   remap(steps, 2, 0x280 + node, slower);
+  if (axis.stop_bit >= 0) remap(steps, 3, 0x380 + node, {{object::kDigitalInputs, 4}});
   return steps;
 }
 

@@ -24,9 +24,9 @@ struct Mapped {
 Mapped mapped(std::uint32_t entry);  ///< of a mapping entry: index, sub-index, bits
 std::uint32_t mapping_entry(const Mapped& mapped);
 
-/// The PDOs of a drive that we use: RPDO1, TPDO1, TPDO2.
-using PdoMaps = std::array<std::vector<Mapped>, 3>;
-inline constexpr std::array<std::uint16_t, 3> kPdoObjects = {0x1400, 0x1800, 0x1801};
+/// The PDOs of a drive that we use: RPDO1, TPDO1, TPDO2, TPDO3.
+using PdoMaps = std::array<std::vector<Mapped>, 4>;
+inline constexpr std::array<std::uint16_t, 4> kPdoObjects = {0x1400, 0x1800, 0x1801, 0x1802};
 
 /// One SDO access of the configuration of a drive.
 struct SetupStep {
@@ -71,6 +71,7 @@ struct JointSetup {
 ///   TPDO1 statusword 6041h (2 B), position 6064h (4 B), torque 6077h (2 B), sent on SYNC
 ///   TPDO2 velocity 606Ch (4 B), sent on SYNC; of a drive that stays powered also its position
 ///         demand 6062h (4 B): a loaded joint does not stand where its motor is held
+///   TPDO3 digital inputs 60FDh (4 B), sent on SYNC; of a drive with an emergency stop's input
 std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Period period,
                                    QuickStop quick_stop = QuickStop::disables);
 

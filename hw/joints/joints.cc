@@ -12,7 +12,12 @@ namespace {
 
 constexpr double kUnlimited_rad = 1e3;  // a joint without ends: what fits into 607Dh
 
-Joints arm_joints(const kin::ArmModel& model) {
+[[noreturn]] void refuse_sliding(const std::string& file, const std::string& joint) {
+  throw ConfigError(file + ": joint '" + joint +
+                    "' slides; the bridge and its drives move joints that turn [rad]");
+}
+
+Joints arm_joints(const kin::ArmModel& model, const std::string& file) {
   Joints joints{.names = {},
                 .limits = {.q_min = model.q_min,
                            .q_max = model.q_max,
@@ -23,7 +28,11 @@ Joints arm_joints(const kin::ArmModel& model) {
                 .drives = model.drives,
                 .rate_hz = model.rate_hz,
                 .extrapolated_cycles = model.extrapolated_cycles};
-  for (int i = 1; i <= model.dof(); ++i) joints.names.push_back("A" + std::to_string(i));
+  for (int i = 1; i <= model.dof(); ++i) {
+    joints.names.push_back("A" + std::to_string(i));
+    if (model.links[static_cast<std::size_t>(i - 1)].slides)
+      refuse_sliding(file, joints.names.back());
+  }
   return joints;
 }
 
@@ -42,6 +51,8 @@ Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home,
                 .rate_hz = drives.rate_hz};
   for (int i = 0; i < tree.dof(); ++i) {
     joints.effort_n_m[i] = tree.moved(i).max_effort;
+    if (tree.moved(i).type == robot::JointType::prismatic)
+      refuse_sliding(file, joints.names[static_cast<std::size_t>(i)]);
     if (!(joints.limits.v_max[i] > 0.0 && std::isfinite(joints.limits.v_max[i]))) {
       throw ConfigError(file + ": joint '" + joints.names[static_cast<std::size_t>(i)] +
                         "': expected a velocity limit, is " +
@@ -62,7 +73,7 @@ Joints load_joints(const std::string& file) {
     const robot::Biped biped = model::load_biped(file);
     return tree_joints(biped.tree, biped.half_sitting, model::drives_of_biped(file), file);
   }
-  return arm_joints(model::load_arm(file));
+  return arm_joints(model::load_arm(file), file);
 }
 
 std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& can,
@@ -98,7 +109,9 @@ JointLimits part_of(const JointLimits& limits, int first, int count) {
   return {.q_min = limits.q_min.segment(first, count),
           .q_max = limits.q_max.segment(first, count),
           .v_max = limits.v_max.segment(first, count),
-          .a_max = limits.a_max.segment(first, count)};
+          .a_max = limits.a_max.segment(first, count),
+          .j_max = limits.j_max.size() == 0 ? limits.j_max
+                                            : Eigen::VectorXd(limits.j_max.segment(first, count))};
 }
 
 }  // namespace mimesis::hw

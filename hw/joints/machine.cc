@@ -35,6 +35,8 @@ struct MachineJoint {
   double offset_rad = 0.0;
   double rated_torque_n_m = 100.0;  // at the joint
   double q_min_rad = -kAny, q_max_rad = kAny, v_max_rad_s = kAny, a_max_rad_s2 = kAny;
+  double j_max_rad_s3 = 0.0;  // 0: no limit
+  int stop_bit = -1;
 
   void visit(runtime::ParamVisitor& v) {
     v("name", name);
@@ -49,6 +51,8 @@ struct MachineJoint {
     v("q_max_rad", q_max_rad, -kAny, kAny);
     v("v_max_rad_s", v_max_rad_s, 1e-6, kAny);
     v("a_max_rad_s2", a_max_rad_s2, 1e-6, kAny);
+    v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9);
+    v("stop_bit", stop_bit, -1, 31);
   }
 };
 
@@ -69,6 +73,7 @@ void narrow(JointLimits& limits, const MachineJoint& joint, Eigen::Index i) {
   limits.q_max[i] = std::min(limits.q_max[i], joint.q_max_rad);
   limits.v_max[i] = std::min(limits.v_max[i], joint.v_max_rad_s);
   limits.a_max[i] = std::min(limits.a_max[i], joint.a_max_rad_s2);
+  limits.j_max[i] = joint.j_max_rad_s3;
 }
 
 double bits_per_second(int axes, double rate_hz, bool stays_powered, int (*bits)(int)) {
@@ -88,6 +93,7 @@ Machine load_machine(const std::string& file) {
   if (given.robot.empty()) refuse("robot", "expected the model file of the robot");
   Machine machine{.robot = given.robot, .joints = load_joints(given.robot)};
   Joints& joints = machine.joints;
+  joints.limits.j_max = Eigen::VectorXd::Zero(joints.count());
   if (static_cast<int>(given.joints.size()) != joints.count()) {
     refuse("joints",
            fmt::format("{} given, {} has {}", given.joints.size(), given.robot, joints.count()));
@@ -118,7 +124,8 @@ Machine load_machine(const std::string& file) {
          .increments_per_rad = joint.increments_per_turn * joint.gear_ratio / (2.0 * M_PI),
          .sign = joint.sign,
          .rated_torque_n_m = joint.rated_torque_n_m,
-         .offset_rad = joint.offset_rad});
+         .offset_rad = joint.offset_rad,
+         .stop_bit = joint.stop_bit});
     narrow(joints.limits, joint, k);
     const JointLimits& l = joints.limits;
     if (l.q_min[k] >= l.q_max[k])

@@ -1,10 +1,10 @@
 #include "hw/modbus/hand.h"
 
-#include <modbus/modbus.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+
+#include "hw/modbus/connection.h"
 
 namespace mimesis::hw::modbus {
 namespace {
@@ -19,37 +19,6 @@ std::uint8_t to_byte(double fraction) {
 }
 
 }  // namespace
-
-struct HandClient::Connection {
-  Connection(modbus_t* made, milliseconds timeout) : context(made, &modbus_free) {
-    MIMESIS_ASSERT(context != nullptr);
-    modbus_set_slave(context.get(), kUnit);
-    set_timeout(timeout);
-  }
-  static tl::expected<std::unique_ptr<Connection>, Status> open(const Address& address,
-                                                                milliseconds timeout) {
-    if (address.device.empty()) {
-      const auto socket = connect(address, timeout);
-      if (!socket) return tl::unexpected(socket.error());
-      auto tcp = std::make_unique<Connection>(modbus_new_tcp(nullptr, 0), timeout);
-      modbus_set_socket(tcp->context.get(), *socket);
-      return tcp;
-    }
-    auto line = std::make_unique<Connection>(
-        modbus_new_rtu(address.device.c_str(), 115'200, 'N', 8, 1), timeout);
-    if (modbus_connect(line->context.get()) == 0) return line;
-    return tl::unexpected(Status{"hand at " + address.text + ": " + modbus_strerror(errno)});
-  }
-  ~Connection() { modbus_close(context.get()); }
-  void set_timeout(milliseconds timeout) const {
-    const auto microseconds = static_cast<std::uint32_t>(timeout.count() % 1000 * 1000);
-    const auto whole = static_cast<std::uint32_t>(timeout.count() / 1000);
-    modbus_set_response_timeout(context.get(), whole, microseconds);
-    modbus_set_byte_timeout(context.get(), whole, microseconds);
-  }
-
-  std::unique_ptr<modbus_t, decltype(&modbus_free)> context;
-};
 
 HandClient::HandClient(Address address, milliseconds timeout)
     : address_(std::move(address)), timeout_(timeout), pause_(kFirstPause) {}
@@ -73,12 +42,12 @@ tl::unexpected<Status> HandClient::fail(Time now, const std::string& why) {
 tl::expected<HandInput, Status> HandClient::exchange(Time now, const HandOutput& output) {
   if (!connection_) {
     if (now < retry_at_) return tl::unexpected(Status{last_failure_});
-    auto opened = Connection::open(address_, timeout_);
-    if (!opened) return fail(now, opened.error().reason);
+    auto opened = Connection::open(address_, kUnit, timeout_);
+    if (!opened) return fail(now, "hand at " + address_.text + ": " + opened.error().reason);
     connection_ = std::move(*opened);
     written_once_ = false;
   }
-  modbus_t* context = connection_->context.get();
+  modbus_t* context = connection_->context();
   constexpr int kCount = static_cast<int>(kRegisters);
   const auto failed = [&](const char* what) {
     return fail(now, "hand at " + address_.text + ": " + what + ": " + modbus_strerror(errno));

@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -10,38 +9,13 @@
 
 #include "common/error.h"
 #include "hw/actuators.h"
+#include "hw/modbus/latest_slot.h"
 #include "hw/modbus/registers.h"
 #include "hw/modbus/stream.h"
 
 namespace mimesis::hw::modbus {
 
-/// Passes the newest value from one thread to another; neither ever waits. Three buffers: one being
-/// written, one being read, one between them.
-template <class T>
-class LatestSlot {
- public:
-  /// Writer: replaces the value that the reader has not taken yet.
-  void put(const T& value) {
-    buffers_[back_] = value;
-    back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) &
-            kIndex;
-  }
-  /// Reader: true if `value` was replaced by a newer one.
-  bool take(T& value) {
-    if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
-    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
-    value = buffers_[front_];
-    return true;
-  }
-
- private:
-  static constexpr std::uint8_t kFresh = 4, kIndex = 3;
-
-  std::array<T, 3> buffers_{};
-  std::atomic<std::uint8_t> middle_{1};
-  std::uint8_t back_ = 0;   // the writer's
-  std::uint8_t front_ = 2;  // the reader's
-};
+class Connection;
 
 /// Exchanges registers with the hand through libmodbus. Connects by itself, and again after an
 /// error, with growing pauses. An exchange blocks for at most two time-outs.
@@ -64,7 +38,6 @@ class HandClient {
   std::uint64_t errors() const { return errors_; }
 
  private:
-  struct Connection;
   tl::unexpected<Status> fail(Time now, const std::string& why);
 
   Address address_;

@@ -81,9 +81,7 @@ Address parse_address(const std::string& text, const std::string& directory) {
 }
 
 tl::expected<int, Status> connect(const Address& address, std::chrono::milliseconds timeout) {
-  const auto failed = [&](const std::string& why) {
-    return tl::unexpected(Status{"hand at " + address.text + ": " + why});
-  };
+  const auto failed = [&](const std::string& why) { return tl::unexpected(Status{why}); };
   if (address.local) {
     const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (fd < 0) return failed(std::strerror(errno));

@@ -127,8 +127,8 @@ void Driver::receive() {
   do {
     count = bus_->receive(inbox_);
     for (const can::Frame& frame : std::span(inbox_).first(count)) {
-      if ((frame.id & can::kErrorFlag) != 0 && (frame.id & can::kBusOff) != 0) {
-        fault("the CAN controller is bus-off");
+      if (const char* trouble = can::trouble(frame)) {
+        fault(std::string("the CAN controller is ") + trouble);
         configured_ = false;
         for (Module& module : modules_) module.step = 0;
       }
@@ -275,7 +275,7 @@ void Driver::obey(const Setpoint& setpoint) {
       } else if (setpoint.mode == Mode::hold) {
         limiter_.hold();
       } else {
-        reading_.limited += limiter_.follow(setpoint.position_rad) ? 1 : 0;
+        reading_.limited += limiter_.follow(setpoint.position_rad, setpoint.brakes) ? 1 : 0;
       }
       return;
     default:

@@ -3,11 +3,13 @@
 #include <bit>
 
 #include "common/error.h"
+#include "hw/cia402/canopen.h"
 
 namespace mimesis::hw::powercube {
 namespace {
 
 using can::Frame;
+using cia402::append;
 
 constexpr std::uint32_t kAnswerId = 0x0A0, kGetId = 0x0C0, kSetId = 0x0E0, kAllId = 0x100;
 constexpr std::uint8_t kStepExtended = 0x10;  // FSTEP with extended answer
@@ -17,16 +19,6 @@ Frame frame(std::uint32_t base, int module, Command command) {
   return {.id = base + static_cast<std::uint32_t>(module),
           .length = 1,
           .data = {static_cast<std::uint8_t>(command)}};
-}
-
-void append(Frame& f, std::uint32_t value, int bytes) {
-  for (int i = 0; i < bytes; ++i) f.data[f.length++] = static_cast<std::uint8_t>(value >> 8 * i);
-}
-
-std::uint32_t number_at(const Frame& f, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) value |= std::uint32_t{f.data[at + i]} << 8 * i;
-  return value;
 }
 
 }  // namespace
@@ -73,13 +65,13 @@ std::optional<Answer> parse_answer(const Frame& f) {
     case Command::get_parameter:
       if (f.length != 6) return std::nullopt;
       answer.parameter = f.data[1];
-      answer.value = number_at(f, 2);
+      answer.value = cia402::unsigned_at(f, 2, 4).value_or(0);
       answer.position = std::bit_cast<float>(answer.value);
       return answer;
     case Command::set_motion:
       if (f.length != 8 || f.data[1] != kStepExtended) return std::nullopt;
       answer.parameter = f.data[1];
-      answer.position = std::bit_cast<float>(number_at(f, 2));
+      answer.position = std::bit_cast<float>(cia402::unsigned_at(f, 2, 4).value_or(0));
       answer.short_state = f.data[6];
       return answer;
     default:

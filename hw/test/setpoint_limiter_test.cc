@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "common/testing/no_malloc.h"
 
@@ -115,6 +116,118 @@ TEST(SetpointLimiter, GoesOnWhereTheDrivesHaveGone) {
   l.follow(std::span(&target, 1));
   EXPECT_NEAR(l.position()[0], target, 1e-12);
   EXPECT_NEAR(l.velocity()[0], v, kA * kT);
+}
+
+/// With a limit of the jerk, drawn limits and cycles.
+struct Drawn {
+  explicit Drawn(unsigned seed) : random(seed) {
+    dt = std::array{0.001, 0.002, 0.005, 0.01}[random() % 4];
+    v_max = uniform(0.2, 4.0);
+    a_max = uniform(1.0, 30.0);
+    j_max = std::min(uniform(5.0, 200.0) * a_max, a_max / dt);
+  }
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+  }
+  SetpointLimiter limiter(double end = kEnd) const {
+    const auto v = [](double x) { return Eigen::VectorXd::Constant(1, x); };
+    SetpointLimiter l({.q_min = v(-end),
+                       .q_max = v(end),
+                       .v_max = v(v_max),
+                       .a_max = v(a_max),
+                       .j_max = v(j_max)},
+                      dt);
+    l.reset(std::array{0.0});
+    return l;
+  }
+  std::mt19937 random;
+  double dt, v_max, a_max, j_max;
+};
+
+TEST(Jerk, NoStreamMakesItExceedALimit) {
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    Drawn d(seed);
+    SetpointLimiter l = d.limiter();
+    double centre = 0.0, v = 0.0, a = 0.0;
+    for (int k = 0; k < 800; ++k) {
+      if (d.random() % 50 == 0) centre = d.uniform(-2.0, 2.0);
+      const double target = centre + (seed % 2 == 0 ? 0.3 * std::sin(3.0 * k * d.dt) : 0.0);
+      const double q = l.position()[0];
+      l.follow(std::span(&target, 1));
+      const double v_now = (l.position()[0] - q) / d.dt, a_now = (v_now - v) / d.dt;
+      ASSERT_LE(std::abs(l.position()[0]), kEnd) << seed;
+      ASSERT_LE(std::abs(v_now), d.v_max * (1.0 + 1e-9)) << seed;
+      // The end of the joint comes before comfort.
+      const bool at_end = kEnd - std::abs(l.position()[0]) < d.v_max * d.dt;
+      ASSERT_LE(std::abs(a_now), d.a_max * (at_end ? 1.1 : 1.0 + 1e-6)) << seed;
+      ASSERT_LE(std::abs(a_now - a), d.j_max * d.dt * (1.0 + 1e-6) + (at_end ? d.a_max : 0.0))
+          << seed << " " << k;
+      v = v_now;
+      a = a_now;
+    }
+  }
+}
+
+/// The shortest time from rest to rest over D, when acceleration and velocity are reached:
+/// D/v + v/a + a/j.
+TEST(Jerk, AStepTakesAlmostTheShortestTime) {
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    Drawn d(seed);
+    d.v_max = std::max(d.v_max, d.a_max * d.a_max / d.j_max);
+    const double step = d.v_max * (d.v_max / d.a_max + d.a_max / d.j_max) + 1.0;
+    SetpointLimiter l = d.limiter(step + 1.0);
+    const double time = step / d.v_max + d.v_max / d.a_max + d.a_max / d.j_max;
+    double highest = 0.0, reached = 0.0;
+    for (int k = 1; k * d.dt < 2.0 * time; ++k) {
+      l.follow(std::span(&step, 1));
+      highest = std::max(highest, l.position()[0]);
+      if (std::abs(l.position()[0] - step) > 1e-3) reached = k * d.dt;
+    }
+    EXPECT_GE(reached, 0.85 * time) << seed << " faster than the limits allow";
+    EXPECT_LE(reached, 1.1 * time + 6 * d.dt) << seed;
+    EXPECT_LE(highest, step + 1e-3 * step) << seed;
+    EXPECT_NEAR(l.position()[0], step, 1e-6) << seed;
+  }
+}
+
+/// q = 0.6 t − 0.15 sin 4t: velocity 0.6 (1 − cos 4t), acceleration 2.4 sin 4t, jerk 9.6 cos 4t.
+TEST(Jerk, PassesWhatIsWithinTheLimits) {
+  Drawn d(1);
+  d.dt = kT, d.v_max = 1.2, d.a_max = 2.4, d.j_max = 9.6;
+  SetpointLimiter l = d.limiter(100.0);
+  for (int k = 1; k < 2000; ++k) {
+    const double t = k * kT, target = 0.6 * t - 0.15 * std::sin(4.0 * t);
+    ASSERT_FALSE(l.follow(std::span(&target, 1))) << k;
+  }
+}
+
+TEST(Jerk, DoesNotDelayAStop) {
+  Drawn d(1);
+  d.dt = kT, d.v_max = 2.0, d.a_max = 10.0, d.j_max = 50.0;
+  for (const bool on_path : {false, true}) {
+    SetpointLimiter l = d.limiter(3.0);
+    double target = 0.0, v = 0.0;
+    for (int k = 0; k < 200; ++k) {
+      v = std::min(v + 2.0 * kT, 1.0);
+      target += v * kT;
+      l.follow(std::span(&target, 1));
+    }
+    ASSERT_NEAR(l.velocity()[0], 1.0, 1e-6);
+    for (int k = 1; k <= 20; ++k) {  // at 10 rad/s² it takes 0.1 s
+      target += std::max(0.0, 1.0 - 10.0 * k * kT) * kT;
+      on_path ? (void)l.follow(std::span(&target, 1), true) : l.hold();
+      EXPECT_NEAR(l.velocity()[0], std::max(0.0, 1.0 - 10.0 * k * kT), 1e-9) << k;
+    }
+  }
+}
+
+TEST(Jerk, DoesNotAllocate) {
+  SetpointLimiter l = Drawn(3).limiter();
+  testing::NoMalloc guard;
+  for (int i = 0; i < 1000; ++i) {
+    const double target = i % 100 < 50 ? 1.0 : -1.0;
+    l.follow(std::span(&target, 1));
+  }
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // The planner's motions are stopped at random instants in the physics of the simulated drives: the
-// planner falls silent, the bridge dies or is told to end, a drive fails. Whatever brakes the arm,
-// it touches nothing until it is at rest. Judged by the drives' own positions every half cycle.
+// planner falls silent, the bridge dies, waits or is told to end, drives, wires and controllers
+// fail, somebody presses the emergency stop. Whatever brakes the arm, it touches nothing until it
+// is at rest. Judged by the drives' own positions every half cycle. MIMESIS_STOPS: number of
+// trials.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -8,6 +10,7 @@
 
 #include "common/model/files.h"
 #include "hw/bridge/command_gate.h"
+#include "hw/can/faulty_wire.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/sim/cia402/rack.h"
@@ -20,7 +23,31 @@ using namespace std::chrono_literals;
 using hw::Time;
 
 constexpr Time kCycle = 5ms;
-enum class Event { planner_silent, bridge_dies, bridge_ends, drive_fails };
+enum class Event {
+  planner_silent,
+  bridge_dies,
+  bridge_ends,
+  drive_fails,
+  emergency_stop,
+  drive_mute,
+  drive_without_power,
+  drive_hangs,
+  frames_lost,
+  frames_late,
+  frames_damaged,
+  controller_bus_off,
+  bridge_waits,
+};
+constexpr std::array kEvents{
+    "planner silent", "bridge dies",        "bridge ends", "drive fails", "emergency stop",
+    "cable cut",      "no supply",          "drive hangs", "frames lost", "frames late",
+    "frames damaged", "controller bus-off", "bridge waits"};
+
+struct Stopped {
+  bool touched = false, stopped = false;
+  double farthest_rad = 0.0;  // a joint went until it stood, or by the end of the motion
+  int cycles = 0;             // until it stood
+};
 
 /// Arm, drives and bridge without processes, at rest where a motion begins.
 class Cell {
@@ -39,8 +66,10 @@ class Cell {
            .extrapolated_cycles = arm.extrapolated_cycles});
     }
     options.limits = {arm.q_min, arm.q_max, arm.v_max, arm.a_max};
-    rack_.emplace(drives, wire_.join());
-    driver_.emplace(options, wire_.join());
+    options.feedback_timeout_s = 1.5 * to_seconds(kCycle);
+    options.tracking_window_rad = 0.1;
+    rack_.emplace(drives, theirs_.join());
+    driver_.emplace(options, ours_.join());
     gate_.emplace(hw::bridge::GateLimits{.hold_after = 17500us,
                                          .brake_after = 40ms,
                                          .silence = 100ms,
@@ -51,46 +80,110 @@ class Cell {
                                          .cycle = kCycle,
                                          .extrapolated_cycles = arm.extrapolated_cycles});
     playback_.start(motion.trajectory);
-    for (int k = 0; k < 200 && phase_ != hw::Phase::following; ++k) cycle(true, k > 60);
+    for (int k = 0; k < 200 && phase_ != hw::Phase::following; ++k) cycle(k > 60);
     EXPECT_EQ(phase_, hw::Phase::following);
   }
 
   /// One cycle; false once the motion has ended.
   bool play() {
     playback_.advance();
-    cycle(true, true);
+    cycle(true);
     return !playback_.at_rest();
   }
-  /// Lets it come to rest; true if the arm never touches anything.
-  bool stop(Event event, planner::CollisionChecker& judge) {
-    bool well = true, driver_lives = event != Event::bridge_dies && event != Event::bridge_ends;
-    if (event == Event::bridge_ends) driver_->stop();
-    if (event == Event::drive_fails) rack_->drives()[2].inject(hw::sim::Trouble::overcurrent);
-    const bool planner_lives = event == Event::drive_fails;
-    double moving = 1.0;
-    for (int k = 0; k < 160 && well && (k < 80 || moving > 0.0); ++k) {
+  /// Lets it come to rest, or go on to the end of the motion if the event does not matter.
+  Stopped stop(Event event, std::mt19937& random, planner::CollisionChecker& judge) {
+    const auto share = [&] { return static_cast<double>(random() % 1000 + 1) / 1000.0; };
+    const auto some = static_cast<std::size_t>(random() % 7);
+    int waits = 0;
+    begin(event, some, share, waits, random);
+    const bool driver_lives = event != Event::bridge_dies && event != Event::bridge_ends;
+    const bool planner_lives = event != Event::planner_silent;
+    Stopped result;
+    const Eigen::VectorXd before = posture();
+    for (int k = 0; k < 4000 && !result.touched && !(k >= 80 && result.stopped); ++k) {
       if (planner_lives) playback_.advance();
-      if (driver_lives) {
-        cycle(true, planner_lives);
+      if (driver_lives && waits-- <= 0) {
+        cycle(planner_lives);
       } else {
-        rack_->step(now_ + kCycle / 2);
-        now_ += kCycle;
+        answer();
       }
-      moving = 0.0;
-      Eigen::VectorXd q(arm_.dof());
-      for (Eigen::Index j = 0; j < q.size(); ++j) {
-        const hw::sim::Drive& drive = rack_->drives()[static_cast<std::size_t>(j)];
-        q[j] = drive.position_rad();
+      double moving = 0.0;
+      for (const hw::sim::Drive& drive : rack_->drives())
         moving = std::max(moving, std::abs(drive.velocity_rad_s()));
-      }
-      well = judge.free(q);
+      result.touched = !judge.free(posture());
+      result.farthest_rad =
+          std::max(result.farthest_rad, (posture() - before).cwiseAbs().maxCoeff());
+      const bool stands = moving < 1e-6 && (phase_ != hw::Phase::following || !driver_lives ||
+                                            !planner_lives || playback_.at_rest());
+      if (stands && !result.stopped) result.cycles = k;
+      result.stopped = stands;
     }
-    EXPECT_LT(moving, 1e-6) << "it does not come to rest";
-    return well;
+    const bool tolerated = phase_ == hw::Phase::following && planner_lives && driver_lives;
+    if (tolerated) result.farthest_rad = result.cycles = 0;
+    return result;
   }
 
  private:
-  void cycle(bool driver, bool command) {
+  template <class Share>
+  void begin(Event event, std::size_t drive, const Share& share, int& waits, std::mt19937& random) {
+    using hw::sim::Trouble;
+    const auto inject = [&](Trouble trouble) {
+      rack_->drives()[drive].inject(trouble, 200ms + static_cast<int>(random() % 60) * kCycle);
+    };
+    const auto damage = [&](const hw::can::WireFaults& faults) {
+      out_.change(faults);
+      in_.change(faults);
+    };
+    switch (event) {
+      case Event::bridge_ends:
+        return driver_->stop();
+      case Event::drive_fails:
+        return inject(Trouble::overcurrent);
+      case Event::emergency_stop:
+        return gate_->emergency_stop("somebody presses it");
+      case Event::drive_mute:
+        return inject(Trouble::mute);
+      case Event::drive_without_power:
+        return inject(Trouble::power);
+      case Event::drive_hangs:
+        return inject(Trouble::stall);
+      case Event::frames_lost:
+        return damage({.lose = share()});
+      case Event::frames_late:
+        return damage({.delay = share(), .delay_by = static_cast<int>(1 + random() % 40) * kCycle});
+      case Event::frames_damaged:
+        return damage({.corrupt = 0.3 * share()});
+      case Event::controller_bus_off:
+        near_->send(
+            std::array{hw::can::Frame{.id = hw::can::kErrorFlag | hw::can::kBusOff, .length = 8}});
+        return damage({.lose = 1.0});
+      case Event::bridge_waits:
+        waits = static_cast<int>(1 + random() % 100);
+        return;
+      default:
+        return;
+    }
+  }
+  Eigen::VectorXd posture() const {
+    Eigen::VectorXd q(arm_.dof());
+    for (Eigen::Index j = 0; j < q.size(); ++j)
+      q[j] = rack_->drives()[static_cast<std::size_t>(j)].position_rad();
+    return q;
+  }
+  void carry(hw::can::Bus& from, hw::can::Bus& to, hw::can::FaultyWire& wire) {
+    std::array<hw::can::Frame, 256> frames;
+    const std::size_t count = from.receive(frames);
+    const auto out = wire.carry(now_, std::span(frames).first(count));
+    if (!out.empty()) to.send(out);
+  }
+  /// The second half of a cycle: frames to the drives, what they do, and their answers.
+  void answer() {
+    carry(*near_, *far_, out_);
+    rack_->step(now_ + kCycle / 2);
+    carry(*far_, *near_, in_);
+    now_ += kCycle;
+  }
+  void cycle(bool command) {
     const hw::Reading& reading = driver_->read(now_);
     phase_ = reading.phase;
     if (command) {
@@ -99,14 +192,15 @@ class Cell {
       gate_->offer(now_, now_, {q.data(), static_cast<std::size_t>(q.size())}, reading,
                    {ahead.data(), static_cast<std::size_t>(ahead.size())});
     }
-    if (driver) driver_->write(now_, gate_->decide(now_, reading));
-    rack_->step(now_ + kCycle / 2);
-    now_ += kCycle;
+    driver_->write(now_, gate_->decide(now_, reading));
+    answer();
   }
 
   const kin::ArmModel& arm_;
   planner::Playback playback_;
-  hw::can::MemoryWire wire_;
+  hw::can::MemoryWire ours_, theirs_;
+  std::unique_ptr<hw::can::Bus> near_ = ours_.join(), far_ = theirs_.join();
+  hw::can::FaultyWire out_{{}, 1}, in_{{}, 2};
   std::optional<hw::sim::Rack> rack_;
   std::optional<hw::cia402::JointDriver> driver_;
   std::optional<hw::bridge::CommandGate> gate_;
@@ -124,6 +218,7 @@ TEST(PlanStops, TouchNothingWheneverAndHoweverTheArmIsStopped) {
   const planner::Roadmap roadmap = planner::prepare_roadmap(arm, table, settings);
   std::mt19937 random(1);
   int touched = 0, moving = 0;
+  std::array<std::tuple<int, int, double, int>, kEvents.size()> rows{};
   std::vector<planner::PlannedMotion> motions;
   for (const planner::Task& task : {planner::Task{Grip::precision, Transport::above, "high"},
                                     planner::Task{Grip::full, Transport::below, "low"},
@@ -143,13 +238,31 @@ TEST(PlanStops, TouchNothingWheneverAndHoweverTheArmIsStopped) {
     Eigen::Index k = 0;
     while (k < at && cell.play()) ++k;
     moving += motions[m].trajectory.velocity.col(k).norm() > 0.1;
-    const auto event = static_cast<Event>(trial % 4);
-    const bool well = cell.stop(event, judge);
-    EXPECT_TRUE(well) << "trial " << trial << ": motion " << m << ", sample " << k << ", event "
-                      << trial % 4;
-    touched += !well;
+    const auto number = static_cast<std::size_t>(trial) % kEvents.size();
+    const auto event = static_cast<Event>(number);
+    const Stopped stopped = cell.stop(event, random, judge);
+    // A wire that loses, keeps or damages frames tells one joint later than another to stop, and no
+    // plan can know how far the arm goes then: counted below, not promised.
+    const bool promised = event != Event::frames_lost && event != Event::frames_late &&
+                          event != Event::frames_damaged;
+    EXPECT_FALSE(stopped.touched && promised)
+        << "trial " << trial << ": motion " << m << ", sample " << k << ", " << kEvents[number];
+    EXPECT_TRUE(stopped.touched || stopped.stopped)
+        << "trial " << trial << ", " << kEvents[number] << ": it does not come to rest";
+    touched += stopped.touched;
+    auto& [count, contacts, farthest, longest] = rows[number];
+    ++count;
+    contacts += stopped.touched;
+    farthest = std::max(farthest, stopped.farthest_rad);
+    longest = std::max(longest, stopped.cycles);
   }
   std::printf("%d of %d stops touched something; the arm moved in %d\n", touched, trials, moving);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto& [count, contacts, farthest, longest] = rows[i];
+    std::printf(
+        "%-20s %4d trials, %d touch, stood after at most %4.0f ms, went %.3f rad meanwhile\n",
+        kEvents[i], count, contacts, 5.0 * longest, farthest);
+  }
   EXPECT_GT(moving, trials / 2);
 }
 

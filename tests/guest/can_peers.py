@@ -1,7 +1,8 @@
 #!/usr/bin/python3
-"""Our simulated drives and `mimesis hw` against can-utils, python-can and the kernel's own CAN driver, in tests/guest/run.
+"""Our simulated drives and `mimesis hw` against can-utils, python-can and the kernel's own CAN driver, in tests/guest/run;
+with --here against python-can without a CAN in the kernel: over multicast in a network of its own, and over a serial line.
 
-    tests/guest/can_peers.py BIN_DIR
+    tests/guest/can_peers.py BIN_DIR [--here]
 """
 import fcntl
 import os
@@ -22,7 +23,7 @@ except ImportError:
     can = None
 
 BIN = pathlib.Path(sys.argv[1])
-PATIENCE_S = 60.0  # system calls of the guest are slow
+PATIENCE_S = 20.0 if "--here" in sys.argv else 60.0  # system calls of the guest are slow
 
 
 def expect(what, found, wanted):
@@ -60,11 +61,12 @@ def can_utils():
     expect("device type, asked by cansend", answer.communicate()[0].split()[2], "583#4300100092010200")
 
 
-def python_can():
+def python_can(bus=None):
     if can is None:
         print("skip python3-can is not installed")
         return
-    bus = can.Bus(interface="socketcan", channel="vcan0", can_filters=[{"can_id": 0x583, "can_mask": 0x7FF}])
+    bus = bus or can.Bus(interface="socketcan", channel="vcan0")
+    bus.set_filters([{"can_id": 0x583, "can_mask": 0x7FF}])
     send = lambda identifier, *data: bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
 
     def ask(*data):
@@ -147,10 +149,68 @@ def controller_errors():
     watch.kill()
 
 
+def booted(bus, address):
+    """Seven simulated drives at `address`, once python-can has heard them boot."""
+    process = subprocess.Popen([str(BIN / "mimesis_sim_drives"), "--set", f"bus={address}"], stderr=subprocess.PIPE)
+    found = set()
+    until(lambda: len(found) == 7,
+          lambda: found.update(m.arbitration_id for m in [bus.recv(1.0)] if m and 0x700 < m.arbitration_id < 0x708 and m.data[0] == 0))
+    expect(f"boot-up messages on {address}", sorted(found), list(range(0x701, 0x708)))
+    return process
+
+
+def multicast():
+    subprocess.run("ip link set lo up && ip route add 224.0.0.0/4 dev lo", shell=True, check=True)
+    bus = can.Bus(interface="udp_multicast", channel="239.74.163.2")
+    running = booted(bus, "udp_multicast:239.74.163.2")
+    python_can(bus)
+    scan = mimesis("hw", "scan", "udp_multicast:239.74.163.2", "--json", "--timeout", "2")
+    expect("`hw scan` over multicast", scan.communicate()[0].count('"mimesis simulated drive"'), 7)
+    running.terminate()
+    running.wait()
+
+
+def serial_line():
+    """A line between two pseudo terminals; both ends believe that the other is an adapter."""
+    masters, names = [], []
+    for _ in range(2):
+        master, slave = pty.openpty()
+        attributes = termios.tcgetattr(slave)
+        attributes[3] &= ~(termios.ECHO | termios.ICANON)
+        termios.tcsetattr(slave, termios.TCSANOW, attributes)
+        masters.append(master)
+        names.append(os.ttyname(slave))
+
+    def carry(source, target):
+        while data := os.read(source, 1000):
+            os.write(target, data)
+
+    for i in range(2):
+        threading.Thread(target=carry, args=(masters[i], masters[1 - i]), daemon=True).start()
+    bus = can.Bus(interface="slcan", channel=names[1], bitrate=1000000, sleep_after_open=0)
+    running = booted(bus, f"slcan:{names[0]}")
+    python_can(bus)
+    running.terminate()
+    running.wait()
+
+
+def here():
+    if can is None:
+        print("python3-can is not installed")
+        sys.exit(77)
+    if "--network" not in sys.argv:
+        serial_line()
+        own = subprocess.run(["unshare", "--map-root-user", "--net", sys.executable, *sys.argv, "--network"], check=False)
+        sys.exit(own.returncode)
+    multicast()
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         os.environ.update(XDG_RUNTIME_DIR=name, XDG_STATE_HOME=name, MIMESIS_GRAPH="peers")
+        if "--here" in sys.argv:
+            return here()
         running = drives(folder)
         try:
             can_utils()

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "common/runtime/zmq_bus.h"
 #include "tools/mimesis/graph_tools.h"
@@ -56,6 +57,13 @@ TopicType type_of(const std::vector<v1::NodeInfo>& nodes, const std::string& top
     for (const auto& [name, set] : node.descriptors()) {
       if (name == type) return {type, set};
       known.push_back(name);
+    }
+  }
+  // Nodes announce the types that they send; those that they take may stand in the same files.
+  runtime::TypePool pool;
+  for (const v1::NodeInfo& node : nodes) {
+    for (const auto& [name, set] : node.descriptors()) {
+      if (pool.make(type, set) != nullptr) return {type, set};
     }
   }
   throw VerbFailure{fmt::format("no node of the graph knows the type {}{}", type,

@@ -1,11 +1,22 @@
 // Full cycles on the embedded bus: set-points and SYNC out, the drives answer in the same thread,
 // feedback in. With and without the drives' own work. Seven axes of an arm on one bus; thirty of a
-// biped on four.
+// biped on four. `paced`: on the wall clock, the drives in another process, which asks the bus
+// every 50 us; MIMESIS_BENCH_S seconds (10).
 #include <benchmark/benchmark.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <vector>
 
+#include "common/time.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/sim/cia402/rack.h"
 
@@ -16,10 +27,13 @@ using namespace std::chrono_literals;
 
 constexpr Time kCycle = 5ms;
 
-/// Driver and drives of `on_bus[i]` axes on bus i.
+enum class Part { both, driver, drives };
+
+/// Driver and drives of `on_bus[i]` axes on bus i, or one of them.
 class Bench {
  public:
-  Bench(const std::vector<int>& on_bus, const std::string& directory) {
+  Bench(const std::vector<int>& on_bus, const std::string& directory, Part part = Part::both,
+        double rate_hz = 200.0) {
     std::vector<std::unique_ptr<cia402::JointDriver>> parts;
     int node = 0;
     for (std::size_t bus = 0; bus < on_bus.size(); ++bus) {
@@ -32,12 +46,15 @@ class Bench {
         drives.push_back({.axis = options.axes.back()});
       }
       options.limits = {.q_min = all(-2), .q_max = all(2), .v_max = all(2), .a_max = all(10)};
-      racks.push_back(std::make_unique<sim::Rack>(drives, can::open(address, directory)));
+      options.rate_hz = rate_hz;
+      if (part != Part::driver)
+        racks.push_back(std::make_unique<sim::Rack>(drives, can::open(address, directory)));
+      if (part == Part::drives) continue;
       parts.push_back(
           std::make_unique<cia402::JointDriver>(options, can::open(address, directory)));
     }
     q.resize(static_cast<std::size_t>(node), 0.0);
-    driver.emplace(std::move(parts));
+    if (part != Part::drives) driver.emplace(std::move(parts));
   }
   Phase cycle(Mode mode) {
     const Phase phase = driver->read(now).phase;
@@ -80,6 +97,113 @@ void run(benchmark::State& state, const std::vector<int>& on_bus) {
   }
   std::filesystem::remove_all(directory);
 }
+
+Time wall() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+}
+void sleep_until(Time time) {
+  const auto whole = std::chrono::floor<std::chrono::seconds>(time);
+  const timespec at{.tv_sec = whole.count(), .tv_nsec = (time - whole).count()};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
+  }
+}
+bool real_time(int priority) {
+  const sched_param param{.sched_priority = priority};
+  return mlockall(MCL_CURRENT | MCL_FUTURE) == 0 && sched_setscheduler(0, SCHED_FIFO, &param) == 0;
+}
+
+/// The drives of a biped in a process of their own, until this one ends.
+pid_t fork_drives(const std::vector<int>& on_bus, const std::string& directory, bool fifo) {
+  const pid_t child = fork();
+  if (child != 0) return child;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (fifo) real_time(40);
+  Bench drives(on_bus, directory, Part::drives);
+  for (;;) {
+    for (const auto& rack : drives.racks) rack->step(wall());
+    sleep_until(wall() + 50us);
+  }
+}
+
+double microseconds_at(std::vector<Time>& times, double share) {
+  const auto at =
+      times.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(times.size() - 1));
+  std::nth_element(times.begin(), at, times.end());
+  return 1e6 * to_seconds(*at);
+}
+
+/// A cycle: from the time it is due until thirty drives have answered its SYNC, as another
+/// participant of the buses sees it. Incomplete: not all have until the next is due.
+void paced(benchmark::State& state) {
+  const std::vector<int> on_bus{6, 6, 9, 9};
+  std::string directory =
+      (std::filesystem::temp_directory_path() / "mimesis-bench-XXXXXX").string();
+  if (mkdtemp(directory.data()) == nullptr) return state.SkipWithError("no temporary directory");
+  const char* asked = std::getenv("MIMESIS_BENCH_S");
+  const double seconds = asked != nullptr ? std::atof(asked) : 10.0;
+  const double rate_hz = static_cast<double>(state.range(0));
+  const Time period = from_seconds(1.0 / rate_hz);
+  const bool fifo = state.range(1) != 0;
+  if (fifo && !real_time(50)) return state.SkipWithError("no right to SCHED_FIFO");
+  const pid_t child = fork_drives(on_bus, directory, fifo);
+  std::vector<Time> late, whole;
+  std::uint64_t incomplete = 0;
+  for (auto _ : state) {
+    Bench bench(on_bus, directory, Part::driver, rate_hz);
+    std::vector<std::unique_ptr<can::Bus>> observers;
+    for (std::size_t b = 0; b < on_bus.size(); ++b)
+      observers.push_back(can::open("embedded:bench" + std::to_string(b), directory));
+    std::vector<can::Frame> frames(256);
+    const auto answers = [&] {
+      int count = 0;
+      for (const auto& observer : observers) {
+        const std::size_t n = observer->receive(frames);
+        count += static_cast<int>(std::ranges::count_if(
+            std::span(frames).first(n), [](const can::Frame& f) { return f.id - 0x181 < 0x7F; }));
+      }
+      return count;
+    };
+    Phase phase = Phase::starting;
+    Time due = wall() + 10ms;
+    const Time enabled_after = due + 3s, end = enabled_after + 1s + from_seconds(seconds);
+    for (; due < end; due += period) {
+      sleep_until(due);
+      const Time woken = wall();
+      bench.now = woken;
+      phase = bench.cycle(due < enabled_after ? Mode::idle : Mode::follow);
+      int answered = 0;
+      while (answered < 30 && wall() < due + period - 20us) answered += answers();
+      if (due < end - from_seconds(seconds)) continue;
+      late.push_back(woken - due);
+      answered == 30 ? whole.push_back(wall() - due) : (void)++incomplete;
+      while (wall() > due + period) due += period, ++incomplete;  // left out
+    }
+    if (phase != Phase::following) state.SkipWithError(bench.driver->read(wall()).reason.c_str());
+  }
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  const sched_param usual{};
+  sched_setscheduler(0, SCHED_OTHER, &usual);
+  std::filesystem::remove_all(directory);
+  if (late.empty() || whole.empty()) return;
+  state.counters["wake_p50_us"] = microseconds_at(late, 0.5);
+  state.counters["wake_p99_us"] = microseconds_at(late, 0.99);
+  state.counters["wake_max_us"] = microseconds_at(late, 1.0);
+  state.counters["cycle_p50_us"] = microseconds_at(whole, 0.5);
+  state.counters["cycle_p99_us"] = microseconds_at(whole, 0.99);
+  state.counters["cycles"] = static_cast<double>(late.size());
+  state.counters["incomplete"] = static_cast<double>(incomplete);
+}
+BENCHMARK(paced)
+    ->ArgNames({"hz", "fifo"})
+    ->Args({200, 0})
+    ->Args({1000, 0})
+    ->Args({200, 1})
+    ->Args({1000, 1})
+    ->Iterations(1)
+    ->Unit(benchmark::kSecond);
 
 void full_cycle(benchmark::State& state) { run(state, {7}); }
 void biped_cycle(benchmark::State& state) { run(state, {6, 6, 9, 9}); }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <csignal>
 #include <fstream>
 
 #include "common/model/files.h"
@@ -20,13 +21,13 @@ using Time = runtime::Time;
 
 class Node : public ::testing::Test {
  protected:
-  Node() {
+  explicit Node(const BridgeParams& params = {.arming = "auto", .log_frames = true}) {
     for (Eigen::Index i = 0; i < model.dof(); ++i) {
       drives.push_back({.axis = {.node_id = static_cast<int>(i) + 1}, .home_rad = model.home[i]});
       target.push_back(model.home[i]);
     }
     rack.emplace(drives, can::open("embedded:arm", graph.directory()));
-    node.emplace(BridgeParams{}, graph);
+    node.emplace(params, graph);
   }
 
   void run(Time duration, bool speak = true) {
@@ -41,6 +42,12 @@ class Node : public ::testing::Test {
     if (auto s = graph.take_last<v1::BridgeStatus>("status")) status = *s;
     if (auto s = graph.take_last<v1::JointState>("arm")) arm = *s;
     if (auto s = graph.take_last<v1::HandState>("hand")) hand = *s;
+  }
+
+  /// Answer of a service; empty if it has done what it is for.
+  std::string ask(const std::string& service) {
+    const auto answer = graph.call("test/" + service, "", 1s);
+    return answer ? "" : answer.error().reason;
   }
 
   testing::Loopback graph;
@@ -104,7 +111,7 @@ TEST_F(Node, LostDrivesAreAFault) {
   rack.reset();
   run(300ms);
   EXPECT_EQ(status.state(), "fault");
-  EXPECT_EQ(status.reason(), "A1 (node 1): no feedback for 0.1 s");
+  EXPECT_EQ(status.reason(), "A1 (node 1): no feedback for 0.0075 s");
   EXPECT_EQ(arm.fault(), status.reason());
   EXPECT_GT(status.can_errors(), 0u) << "nobody hears the quick stop";
 }
@@ -112,10 +119,7 @@ TEST_F(Node, LostDrivesAreAFault) {
 /// One bridge for all of it: a fault stops the arm, service `reset` ends the fault, a new stream
 /// moves the arm again.
 TEST_F(Node, AFaultOfADriveIsReset) {
-  const auto reset = [&] {
-    const auto answer = graph.call("test/reset", "", 1s);
-    return answer ? "" : answer.error().reason;
-  };
+  const auto reset = [&] { return ask("reset"); };
   run(1s);
   EXPECT_EQ(reset(), "there is no fault");
   rack->drives()[2].inject(sim::Trouble::over_temperature);
@@ -139,6 +143,89 @@ TEST_F(Node, AFaultOfADriveIsReset) {
   run(300ms);
   EXPECT_EQ(status.state(), "following") << status.reason();
   EXPECT_EQ(rack->drives()[2].objects().value(0x1001'00), 0) << "error register";
+}
+
+struct ArmedByService : Node {
+  ArmedByService() : Node(BridgeParams{}) {}
+};
+
+TEST_F(ArmedByService, MovesNothingBefore) {
+  run(1s);
+  EXPECT_EQ(status.state(), "idle");
+  EXPECT_EQ(status.reason(), "not armed (service bridge/arm)");
+  EXPECT_FALSE(status.armed());
+  EXPECT_EQ(ask("arm"), "");
+  run(300ms);
+  EXPECT_EQ(status.state(), "following") << status.reason();
+  EXPECT_TRUE(status.armed());
+  EXPECT_EQ(ask("disarm"), "");
+  run(500ms);
+  EXPECT_EQ(status.state(), "idle") << status.reason();
+  rack->drives()[1].inject(sim::Trouble::overcurrent);
+  run(100ms);
+  EXPECT_NE(ask("arm").find("A2 (node 2): expected switch on disabled, is fault"),
+            std::string::npos)
+      << ask("arm");
+}
+
+BridgeParams with_stop_input() {
+  BridgeParams params{.arming = "auto"};
+  for (int i = 1; i <= 7; ++i) params.axes.push_back({.node_id = i, .stop_bit = i == 5 ? 3 : -1});
+  return params;
+}
+struct WithStopInput : Node {
+  WithStopInput() : Node(with_stop_input()) {}
+};
+
+/// By topic, by signal and by a drive's input; none is left before its cause is gone.
+TEST_F(WithStopInput, EmergencyStopsByTopicSignalAndInput) {
+  const auto stops = [&](const std::string& why) {
+    run(20ms);
+    EXPECT_NE(status.state(), "following");
+    EXPECT_EQ(status.reason(), "emergency stop: " + why);
+    run(1s);
+    EXPECT_EQ(status.state(), "idle") << status.reason();
+    for (const auto& drive : rack->drives())
+      EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+  };
+  const auto goes_on = [&] {
+    run(200ms, false);
+    run(300ms);
+    EXPECT_EQ(status.state(), "following") << status.reason();
+  };
+  run(1s);
+  goes_on();
+  v1::EmergencyStop stop;
+  stop.set_reason("the guard is open");
+  graph.send("emergency_stop", stop, now);
+  stops("the guard is open");
+  EXPECT_EQ(ask("reset"), "");
+  goes_on();
+  std::raise(SIGUSR1);
+  stops("signal SIGUSR1");
+  EXPECT_EQ(ask("reset"), "");
+  goes_on();
+  rack->drives()[4].inject(sim::Trouble::emergency_stop, 3s);
+  stops("A5 (node 5): bit 3 of its inputs (60FD:00) is open");
+  EXPECT_EQ(
+      ask("reset"),
+      "the emergency stop is still demanded: A5 (node 5): bit 3 of its inputs (60FD:00) is open");
+  run(3s);
+  EXPECT_EQ(status.state(), "idle") << "released, but not reset";
+  EXPECT_EQ(ask("reset"), "");
+  goes_on();
+}
+
+TEST_F(Node, PublishesItsFramesOnRequest) {
+  run(20ms);
+  int syncs = 0, resets = 0;
+  while (const auto frame = graph.take<v1::CanFrame>("can")) {
+    EXPECT_EQ(frame->bus(), "arm");
+    syncs += frame->id() == 0x080 && frame->data().empty() ? 1 : 0;
+    resets += frame->id() == 0 && frame->data() == std::string("\x82\0", 2) ? 1 : 0;
+  }
+  EXPECT_EQ(resets, 1);
+  EXPECT_EQ(syncs, 5) << "of four steps, and of the first quick stop";
 }
 
 TEST_F(Node, ClosesTheHandOnTheObject) {
@@ -223,7 +310,7 @@ TEST(ActuatorsOfAnotherKind, AreObeyedGatedAndStopped) {
     return std::make_unique<Puppet>(request.joints, strings);
   });
   const std::string robot = robot_with(graph, "drives", "puppet");
-  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
   const Eigen::VectorXd home = load_joints(robot).home;
   Time now = 1s;
   EXPECT_EQ(stream_at(home, 20, node, graph, now), "following");
@@ -239,7 +326,7 @@ TEST(ActuatorsOfAnotherKind, AreObeyedGatedAndStopped) {
 TEST(ActuatorsOfAnotherKind, MayBePerfect) {
   testing::Loopback graph;
   const std::string robot = robot_with(graph, "drives", "perfect");
-  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
   Eigen::VectorXd target = load_joints(robot).home;
   Time now = 1s;
   EXPECT_EQ(stream_at(target, 20, node, graph, now), "following");
@@ -257,7 +344,7 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
 TEST(ActuatorsOfAnotherKind, MayBePowerCubeModules) {
   testing::Loopback graph;
   const std::string robot = robot_with(graph, "drives", "powercube");
-  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
   Eigen::VectorXd target = load_joints(robot).home;
   const auto bus = can::open("embedded:arm", graph.directory());
   std::vector<sim::Module> modules;
@@ -302,7 +389,7 @@ TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
 TEST(Announced, IsOnceWhatTheRobotsFileSaysOfItsJoints) {
   testing::Loopback graph;
   const std::string robot = robot_with(graph, "rate_hz", "250");
-  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
   node.step(1s);
   const auto said = graph.take<v1::JointLimits>("limits");
   ASSERT_TRUE(said.has_value());
@@ -323,10 +410,10 @@ TEST(Announced, IsOnceWhatTheRobotsFileSaysOfItsJoints) {
 }
 
 TEST_F(Node, BadConfigurationIsRefused) {
-  const auto refusal = [&](const BridgeParams& params) -> std::string {
+  const auto refusal = [&](const BridgeParams& wrong) -> std::string {
     testing::Loopback other;
     try {
-      BridgeNode refused(params, other);
+      BridgeNode refused(wrong, other);
     } catch (const ConfigError& e) {
       return e.what();
     }
@@ -334,7 +421,8 @@ TEST_F(Node, BadConfigurationIsRefused) {
   };
   EXPECT_NE(refusal({.robot = "nobody.yaml"}).find("nobody.yaml"), std::string::npos);
   EXPECT_EQ(refusal({.can = "can0"}),
-            "CAN bus 'can0': expected embedded:NAME or socketcan:INTERFACE");
+            "CAN bus 'can0': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP or "
+            "slcan:/dev/NAME");
   EXPECT_EQ(refusal({.hand = "hand"}),
             "Modbus 'hand': expected tcp:HOST:PORT, unix:NAME or rtu:/dev/NAME");
   EXPECT_EQ(refusal({.axes = {{.node_id = 1}}}), "axes: 1 given, the robot has 7 joints");

@@ -67,8 +67,8 @@ class Robot : public ::testing::Test {
     // else.
     start_node(bridge, "bridge",
                {"--set", "can=" + can_address(), "--set", "silence_s=0.5", "--set",
-                "feedback_timeout_s=0.5", "--in", "command=test/command", "--in",
-                "hand_command=test/hand_command"});
+                "feedback_timeout_s=0.5", "--set", "arming=auto", "--in", "command=test/command",
+                "--in", "hand_command=test/hand_command"});
     ASSERT_TRUE(wait_state("idle")) << bridge->errors();
     ASSERT_TRUE(peer.wait_subscriber(command));
     ASSERT_TRUE(peer.until([&] { return arm.get() != nullptr; }));
@@ -304,7 +304,7 @@ TEST(BridgeProcess, RefusesBadConfigurationInOneLine) {
     EXPECT_EQ(bridge.wait(), 2) << bridge.errors();
     return bridge.errors();
   };
-  EXPECT_NE(refusal("can=can0").find("expected embedded:NAME or socketcan:INTERFACE"),
+  EXPECT_NE(refusal("can=can0").find("expected embedded:NAME, socketcan:INTERFACE"),
             std::string::npos);
   EXPECT_NE(refusal("robt=x").find("robt"), std::string::npos);
   EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);

@@ -22,7 +22,7 @@ double way(Time t) {
 class Gate : public ::testing::Test {
  protected:
   Gate() {
-    arm.joints.resize(2);
+    arm.joints.resize(2, {.drive = DriveState::switch_on_disabled, .statusword = 0x250});
     arm.phase = Phase::idle;
     arm.posture_known = true;
   }
@@ -206,7 +206,10 @@ TEST_F(Gate, HoldsForEverIfARobotWouldFall) {
   EXPECT_EQ(holds.reason(), "no command for 0.1 s: holding");
   now += 3600s;
   EXPECT_EQ(holds.decide(now, arm).mode, Mode::hold);
-  EXPECT_EQ(offer_at(0.05), "knee starts 0.050 rad from its actual position, allowed are 0.020")
+  EXPECT_EQ(
+      offer_at(0.05),
+      "knee starts 0.050 rad from its actual position, allowed are 0.020; the drive is switch "
+      "on disabled (statusword 0x0250)")
       << "the old stream has ended";
   EXPECT_EQ(offer_at(0.01), "");
   EXPECT_EQ(holds.decide(now, arm).mode, Mode::follow);
@@ -226,7 +229,9 @@ TEST_F(Gate, AHeldStreamMayGoOn) {
 
 TEST_F(Gate, RefusesAStartAwayFromTheActualPosture) {
   arm.joints[1].position_rad = 0.5;
-  EXPECT_EQ(offer(0.0, 0.0), "A2 starts 0.500 rad from its actual position, allowed are 0.020");
+  EXPECT_EQ(offer(0.0, 0.0),
+            "A2 starts 0.500 rad from its actual position, allowed are 0.020; the drive is switch "
+            "on disabled (statusword 0x0250)");
   EXPECT_EQ(mode(), Mode::idle);
   EXPECT_EQ(offer(0.0, 0.49), "");
   EXPECT_EQ(mode(), Mode::follow);
@@ -235,7 +240,9 @@ TEST_F(Gate, RefusesAStartAwayFromTheActualPosture) {
 TEST_F(Gate, RefusesAJumpButNotTheDistanceOfALateCommand) {
   follow();
   now += 5ms;
-  EXPECT_EQ(offer(0.2, 0.0), "A1 jumps by 0.200 rad, allowed are 0.110");
+  EXPECT_EQ(offer(0.2, 0.0),
+            "A1 jumps by 0.200 rad, allowed are 0.110; the drive is switch on "
+            "disabled (statusword 0x0250)");
   EXPECT_EQ(mode(), Mode::follow) << "the last good one still counts";
   now += 55ms;
   EXPECT_EQ(offer(0.2, 0.0), "") << "0.1 + 2 rad/s · 60 ms";
@@ -321,6 +328,65 @@ TEST_F(Gate, DoesNotAllocateWhileFollowing) {
     offer(0.0, 0.0);
     gate.decide(now, arm);
   }
+}
+
+TEST_F(Gate, ObeysOnlyArmedJoints) {
+  limits.arms_itself = false;
+  gate = CommandGate(limits);
+  const auto at_rest = [&] { return offer(0.0, 0.0); };
+  EXPECT_EQ(at_rest(), "not armed (service bridge/arm)");
+  EXPECT_EQ(gate.decide(now, arm).mode, Mode::idle);
+  arm.joints[1] = {.drive = DriveState::fault, .statusword = 0x218};
+  EXPECT_EQ(
+      gate.arm(arm),
+      "A2: expected a drive without fault whose position is known, is fault (statusword 0x0218)");
+  EXPECT_FALSE(gate.armed());
+  arm.joints[1] = arm.joints[0];
+  EXPECT_EQ(gate.arm(arm), "");
+  EXPECT_EQ(at_rest(), "");
+  EXPECT_EQ(gate.decide(now, arm).mode, Mode::follow);
+  arm.phase = Phase::fault;
+  arm.reason = "A1 (node 1): too hot";
+  EXPECT_EQ(gate.decide(now, arm).mode, Mode::idle);
+  EXPECT_FALSE(gate.armed()) << "a fault ends it";
+  EXPECT_EQ(gate.arm(arm), "A1 (node 1): too hot");
+  arm.phase = Phase::idle;
+  now += 200ms;
+  gate.decide(now, arm);
+  EXPECT_EQ(at_rest(), "not armed (service bridge/arm)");
+  EXPECT_EQ(gate.arm(arm), "");
+  EXPECT_EQ(
+      offer(0.5, 0.0),
+      "A1 starts 0.500 rad from its actual position, allowed are 0.020; the drive is switch on "
+      "disabled (statusword 0x0250)")
+      << "to where the old command was";
+  now += 200ms;
+  gate.decide(now, arm);
+  EXPECT_EQ(at_rest(), "");
+  EXPECT_EQ(gate.decide(now, arm).mode, Mode::follow);
+  gate.disarm("no more");
+  EXPECT_EQ(gate.decide(now, arm).mode, Mode::idle);
+  EXPECT_EQ(gate.reason(), "disarmed: no more");
+}
+
+TEST_F(Gate, AnEmergencyStopIsAQuickStopUntilItIsReleased) {
+  follow();
+  gate.emergency_stop("somebody shouted");
+  EXPECT_EQ(mode(), Mode::idle) << "in the same cycle, not along the path";
+  EXPECT_EQ(gate.reason(), "emergency stop: somebody shouted");
+  EXPECT_EQ(offer(0.0, 0.0), "emergency stop: somebody shouted");
+  EXPECT_EQ(gate.arm(arm),
+            "emergency stop: somebody shouted: bridge/reset ends it, once it is released");
+  gate.emergency_stop("again");
+  EXPECT_EQ(gate.reason(), "emergency stop: somebody shouted") << "the first cause counts";
+  gate.release();
+  now += 5ms;
+  EXPECT_NE(offer(0.0, 0.0), "") << "the stream that was there has no effect";
+  EXPECT_EQ(mode(), Mode::idle);
+  now += 101ms;
+  mode();
+  EXPECT_EQ(offer(0.0, 0.0), "");
+  EXPECT_EQ(mode(), Mode::follow);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <linux/can.h>
+#include <linux/can/error.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -197,6 +198,22 @@ TEST(EmbeddedBus, RejectsForeignDatagrams) {
   EXPECT_EQ(a->counters().errors, 2u);
 }
 
+TEST(Trouble, IsWhatKeepsTheControllerFromTheBus) {
+  Frame f{.id = kErrorFlag | CAN_ERR_BUSOFF, .length = 8};
+  EXPECT_STREQ(trouble(f), "bus-off");
+  f.id = CAN_ERR_BUSOFF;
+  EXPECT_EQ(trouble(f), nullptr) << "a frame with that identifier";
+  f.id = kErrorFlag | CAN_ERR_CRTL;
+  for (const int bit : {CAN_ERR_CRTL_RX_OVERFLOW, CAN_ERR_CRTL_TX_WARNING, CAN_ERR_CRTL_ACTIVE}) {
+    f.data[1] = static_cast<std::uint8_t>(bit);
+    EXPECT_EQ(trouble(f), nullptr);
+  }
+  for (const int bit : {CAN_ERR_CRTL_RX_PASSIVE, CAN_ERR_CRTL_TX_PASSIVE}) {
+    f.data[1] = static_cast<std::uint8_t>(bit);
+    EXPECT_STREQ(trouble(f), "error-passive");
+  }
+}
+
 std::string refusal(const std::string& address) {
   try {
     open(address, "/tmp");
@@ -207,9 +224,12 @@ std::string refusal(const std::string& address) {
 }
 
 TEST(Open, SaysWhatIsWrongInOneLine) {
-  EXPECT_EQ(refusal("usb:0"), "CAN bus 'usb:0': expected embedded:NAME or socketcan:INTERFACE");
+  EXPECT_EQ(refusal("usb:0"),
+            "CAN bus 'usb:0': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP or "
+            "slcan:/dev/NAME");
   EXPECT_EQ(refusal("embedded:"),
-            "CAN bus 'embedded:': expected embedded:NAME or socketcan:INTERFACE");
+            "CAN bus 'embedded:': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP "
+            "or slcan:/dev/NAME");
   const std::string missing = refusal("socketcan:nonesuch0");
   EXPECT_TRUE(missing == "CAN interface 'nonesuch0': no such interface" ||
               missing.find("no SocketCAN") != std::string::npos)

@@ -1,16 +1,25 @@
 // Any bytes as frames, to everything that reads frames: the bridge's side of a drive, an SDO
-// client, a simulated drive; and as registers of a hand. The first byte chooses. `codec_fuzz CORPUS
-// -max_total_time=600`.
+// client, a simulated drive, PowerCube's answers and modules; as registers of a hand, as datagrams
+// of python-can, as lines of a serial adapter. The first byte chooses, or MIMESIS_CODEC=NAME.
+// `MIMESIS_CODEC=slcan hw_codec_fuzz CORPUS -max_total_time=600`.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <span>
+#include <string_view>
+#include <utility>
 
+#include "hw/can/multicast.h"
+#include "hw/can/slcan.h"
 #include "hw/cia402/axis_master.h"
 #include "hw/cia402/sdo_transfer.h"
 #include "hw/modbus/registers.h"
+#include "hw/powercube/protocol.h"
 #include "hw/sim/cia402/drive.h"
+#include "hw/sim/powercube/module.h"
 
 namespace mimesis::hw {
 namespace {
@@ -43,8 +52,9 @@ class Frames {
   std::span<const std::uint8_t> bytes_;
 };
 
-void master(Frames frames) {
-  const cia402::Axis axis{.node_id = 5};
+void master(std::span<const std::uint8_t> bytes) {
+  Frames frames(bytes);
+  const cia402::Axis axis{.node_id = 5, .stop_bit = 3};
   cia402::AxisMaster master(
       "A1", axis,
       cia402::setup_steps(axis, {.q_min = -1, .q_max = 1, .v_max = 1, .a_max = 1}, {5, -3}));
@@ -64,7 +74,8 @@ void master(Frames frames) {
   (void)master.complaint(DriveState::operation_enabled);
 }
 
-void client(Frames frames) {
+void client(std::span<const std::uint8_t> bytes) {
+  Frames frames(bytes);
   auto transfer = cia402::SdoTransfer::upload(5, {0x1008, 0});
   auto sends = cia402::SdoTransfer::download(5, {0x2000, 0}, std::vector<std::uint8_t>(20, 7));
   for (can::Frame frame; frames.next(frame);) {
@@ -75,7 +86,8 @@ void client(Frames frames) {
   demand(transfer.data().size() <= (1u << 16) + 7);
 }
 
-void drive(Frames frames) {
+void drive(std::span<const std::uint8_t> bytes) {
+  Frames frames(bytes);
   sim::Drive drive({.axis = {.node_id = 5}});
   Time now = 1s;
   std::vector<can::Frame> out;
@@ -98,25 +110,77 @@ void hand(std::span<const std::uint8_t> bytes) {
   demand(modbus::decode_output(modbus::encode(output)) == output);
 }
 
+void powercube_answers(std::span<const std::uint8_t> bytes) {
+  Frames frames(bytes);
+  for (can::Frame frame; frames.next(frame);) {
+    const auto answer = powercube::parse_answer(frame);
+    if (answer) demand(answer->module >= 1 && answer->module <= powercube::kLastModule);
+  }
+}
+
+void powercube_module(std::span<const std::uint8_t> bytes) {
+  Frames frames(bytes);
+  sim::Module module({.module = 5});
+  Time now = 1s;
+  std::vector<can::Frame> out;
+  for (can::Frame frame; frames.next(frame); now += 1ms) {
+    out.clear();
+    module.advance(now);
+    module.handle(frame, out);
+    for (const can::Frame& f : out) demand(f.length <= 8 && (f.id & ~0x7FFu) == 0);
+    demand(std::isfinite(module.position_rad()) && std::isfinite(module.velocity_rad_s()));
+  }
+}
+
+/// What is read may be written, and reads the same.
+void multicast(std::span<const std::uint8_t> bytes) {
+  const auto frame = can::unpack(bytes);
+  if (!frame) return;
+  std::string out;
+  can::pack(*frame, 0.0, out);
+  demand(out.size() <= can::kMulticastBytes);
+  demand(can::unpack({reinterpret_cast<const std::uint8_t*>(out.data()), out.size()}) == frame);
+}
+
+void slcan(std::span<const std::uint8_t> bytes) {
+  const auto frame = can::from_line({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!frame) return;
+  (void)can::trouble(*frame);
+  std::string out;
+  if (!can::to_line(*frame, out)) return demand((frame->id & can::kErrorFlag) != 0);
+  out.pop_back();
+  demand(can::from_line(out) == frame);
+}
+
+using Codec = void (*)(std::span<const std::uint8_t>);
+constexpr std::array<std::pair<std::string_view, Codec>, 8> kCodecs{
+    {{"master", master},
+     {"client", client},
+     {"drive", drive},
+     {"hand", hand},
+     {"powercube", powercube_answers},
+     {"module", powercube_module},
+     {"multicast", multicast},
+     {"slcan", slcan}}};
+
+Codec chosen() {
+  const char* name = std::getenv("MIMESIS_CODEC");
+  if (name == nullptr) return nullptr;
+  for (const auto& [known, codec] : kCodecs) {
+    if (known == name) return codec;
+  }
+  std::fprintf(stderr, "MIMESIS_CODEC=%s is not known\n", name);
+  std::exit(2);
+}
+
 }  // namespace
 }  // namespace mimesis::hw
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace mimesis::hw;
+  static const Codec only = chosen();
   if (size == 0) return 0;
-  const std::span bytes(data + 1, size - 1);
-  switch (data[0] % 4) {
-    case 0:
-      master(Frames(bytes));
-      break;
-    case 1:
-      client(Frames(bytes));
-      break;
-    case 2:
-      drive(Frames(bytes));
-      break;
-    default:
-      hand(bytes);
-  }
+  const std::span bytes(data, size);
+  only != nullptr ? only(bytes) : kCodecs[data[0] % kCodecs.size()].second(bytes.subspan(1));
   return 0;
 }

@@ -207,12 +207,74 @@ TEST_F(Bench, AJammedJointIsAFollowingError) {
   EXPECT_FALSE(any_enabled());
 }
 
+TEST_F(Bench, AJointThatDoesNotFollowIsNoticedBeforeItsDriveDoes) {
+  JointDriverOptions options{.axes = axes(), .limits = limits(), .tracking_window_rad = 0.04};
+  plug();
+  driver.emplace(options, wire.join());
+  idle(1s);
+  follow(200ms);
+  ASSERT_EQ(reading().phase, Phase::following) << reading().reason;
+  for (int k = 0; k < 200; ++k) {  // as fast as it may
+    target[0] -= kV * 0.005;
+    target[0] = std::max(target[0], -1.5);
+    cycle({.mode = Mode::follow, .position_rad = target});
+  }
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+  rack->drives()[0].inject(sim::Trouble::jam);
+  int cycles = 0;
+  for (; reading().phase == Phase::following; ++cycles) {
+    target[0] += 0.004;
+    cycle({.mode = Mode::follow, .position_rad = target});
+  }
+  EXPECT_LE(cycles, 25) << "0.04 rad and four cycles behind at 0.8 rad/s are 0.056 rad";
+  EXPECT_EQ(reading().reason.find("A1 (node 1): is 0.0"), 0u) << reading().reason;
+}
+
+TEST_F(Bench, TwoUnansweredSyncsAreALostDrive) {
+  enable();
+  rack->drives()[2].inject(sim::Trouble::mute);
+  cycle({.mode = Mode::follow, .position_rad = target});  // its last answer is on the wire
+  cycle({.mode = Mode::follow, .position_rad = target});
+  EXPECT_EQ(reading().phase, Phase::following) << "one cycle may be lost";
+  cycle({.mode = Mode::follow, .position_rad = target});
+  EXPECT_EQ(reading().phase, Phase::fault);
+}
+
+TEST_F(Bench, ALateMachineIsNoLostDrive) {
+  enable();
+  for (int k = 0; k < 40; ++k) {  // all drives are late by up to 60 ms, now and then
+    auto late = std::move(rack);
+    rack.reset();
+    for (int i = 0; i < k % 13; ++i) cycle({.mode = Mode::follow, .position_rad = target});
+    rack = std::move(late);
+    cycle({.mode = Mode::follow, .position_rad = target});
+    cycle({.mode = Mode::follow, .position_rad = target});
+  }
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+}
+
+TEST_F(Bench, AnErrorPassiveControllerIsSilencedToo) {
+  enable();
+  can::Frame frame{.id = can::kErrorFlag | can::kControllerState, .length = 8};
+  frame.data[1] = 0x08;  // warning
+  tap->send(std::array{frame});
+  follow(50ms);
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+  frame.data[1] = 0x20;  // passive, of transmission
+  tap->send(std::array{frame});
+  follow(10ms);
+  EXPECT_EQ(reading().reason, "A1 (node 1): the CAN controller is error-passive");
+  seen();
+  follow(100ms);
+  for (const can::Frame& f : seen()) EXPECT_NE(f.id & ~0xFu, 0x200u) << "a set-point";
+}
+
 TEST_F(Bench, ACutCableStopsBothSides) {
   enable();
   rack->drives()[2].inject(sim::Trouble::mute);
   follow(150ms);
   EXPECT_EQ(reading().phase, Phase::fault);
-  EXPECT_EQ(reading().reason, "A3 (node 9): no feedback for 0.1 s");
+  EXPECT_EQ(reading().reason, "A3 (node 9): no feedback on 2 SYNCs that others have answered");
   follow(200ms);
   EXPECT_FALSE(any_enabled()) << "the cut one by its own watchdog";
 }

@@ -33,6 +33,20 @@ TEST(Joints, OfAnArm) {
   EXPECT_DOUBLE_EQ(complete(std::vector<cia402::Axis>{}, joints)[0].rated_torque_n_m, 100.0);
 }
 
+TEST(Joints, ThatSlideAreRefused) {
+  const std::string folder =
+      std::filesystem::temp_directory_path() / ("slides-" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
+  const std::string file = folder + "/lift.yaml";
+  std::ofstream(file) << "name: lift\ndrives: cia402\nrate_hz: 200\nbase_m: [0, 0, 0]\ntool_m: [0, "
+                         "0, 0.1]\njoints:\n"
+                         "  - {type: slides, a_m: 0, alpha_rad: 0, d_m: 0, offset_rad: 0, q_min_m: "
+                         "0, q_max_m: 0.5, v_max_m_s: 0.1, a_max_m_s2: 0.5}\n";
+  EXPECT_EQ(refusal([&] { load_joints(file); }),
+            file + ": joint 'A1' slides; the bridge and its drives move joints that turn [rad]");
+  std::filesystem::remove_all(folder);
+}
+
 TEST(Joints, OfAWalkingRobot) {
   const Joints joints = load_joints("biped.urdf");
   ASSERT_EQ(joints.count(), 30);

@@ -44,8 +44,9 @@ class MachineFiles : public ::testing::Test {
 };
 
 TEST_F(MachineFiles, SayWhereTheDrivesAre) {
-  const Machine machine =
-      load(text(joint(2, ", sign: -1, offset_rad: 0.5, q_max_rad: 1, v_max_rad_s: 0.2")));
+  const Machine machine = load(text(joint(2,
+                                          ", sign: -1, offset_rad: 0.5, q_max_rad: 1, v_max_rad_s: "
+                                          "0.2, j_max_rad_s3: 50, stop_bit: 3")));
   ASSERT_EQ(machine.axes.size(), 7u);
   EXPECT_EQ(machine.axes[6].node_id, 17);
   EXPECT_DOUBLE_EQ(machine.axes[0].increments_per_rad, 4096 * 160 / (2.0 * M_PI));
@@ -57,6 +58,11 @@ TEST_F(MachineFiles, SayWhereTheDrivesAre) {
   const Joints robot = load_joints("lwr4.yaml");
   EXPECT_EQ(machine.joints.limits.q_max[2], 1.0) << "narrower than the robot's";
   EXPECT_EQ(machine.joints.limits.v_max[2], 0.2);
+  EXPECT_EQ(machine.joints.limits.j_max[2], 50.0);
+  EXPECT_EQ(part_of(machine.joints.limits, 1, 3).j_max[1], 50.0);
+  EXPECT_EQ(machine.joints.limits.j_max[1], 0.0) << "none";
+  EXPECT_EQ(machine.axes[2].stop_bit, 3);
+  EXPECT_EQ(machine.axes[1].stop_bit, -1);
   EXPECT_EQ(machine.joints.limits.q_min[2], robot.limits.q_min[2]);
   EXPECT_EQ(load(text(joint(2, ", q_max_rad: 99"))).joints.limits.q_max[2], robot.limits.q_max[2])
       << "never wider";

@@ -24,6 +24,21 @@ std::string output_of(const std::string& command) {
   return out;
 }
 
+constexpr HandOutput kPinch{.activate = true, .mode = HandMode::pinch, .go = true, .position = 99};
+
+/// What a server says to kPinch once it listens; ended afterwards.
+tl::expected<HandInput, Status> answer_of(HandClient& client, pid_t server) {
+  const auto start = std::chrono::steady_clock::now();
+  auto answer = client.exchange(0s, kPinch);
+  while (!answer && std::chrono::steady_clock::now() - start < 20s) {
+    if (waitpid(server, nullptr, WNOHANG) != 0) return tl::unexpected(Status{"the peer has ended"});
+    answer = client.exchange(std::chrono::steady_clock::now() - start + 1h, kPinch);
+  }
+  kill(server, SIGKILL);
+  waitpid(server, nullptr, 0);
+  return answer;
+}
+
 TEST(Peer, MbpollReadsAndWritesTheSimulatedHand) {
   if (output_of("command -v mbpoll").empty()) GTEST_SKIP() << "mbpoll is not installed";
   const int port = 21000 + getpid() % 10'000;
@@ -67,15 +82,7 @@ TEST(Peer, OurClientDrivesAPymodbusHand) {
     _exit(127);
   }
   HandClient client(parse_address("tcp:127.0.0.1:" + port, ""), 500ms);
-  const HandOutput o{.activate = true, .mode = HandMode::pinch, .go = true, .position = 99};
-  auto answer = client.exchange(0s, o);
-  const auto start = std::chrono::steady_clock::now();
-  while (!answer && std::chrono::steady_clock::now() - start < 20s) {  // until it listens
-    ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the peer has ended";
-    answer = client.exchange(std::chrono::steady_clock::now() - start + 1h, o);
-  }
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
+  const auto answer = answer_of(client, child);
   ASSERT_TRUE(answer.has_value()) << answer.error().reason;
   EXPECT_TRUE(answer->activated);
   EXPECT_EQ(answer->mode, HandMode::pinch);
@@ -117,19 +124,11 @@ TEST(Peer, OurClientDrivesAPymodbusHandOnASerialLine) {
   std::string device;
   for (char c; read(names[0], &c, 1) == 1 && c != '\n';) device += c;
   HandClient client(parse_address("rtu:" + device, ""), 500ms);
-  const HandOutput o{.activate = true, .mode = HandMode::pinch, .go = true, .position = 99};
-  auto answer = client.exchange(0s, o);
-  const auto start = std::chrono::steady_clock::now();
-  while (!answer && std::chrono::steady_clock::now() - start < 20s) {  // until it listens
-    ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the peer has ended";
-    answer = client.exchange(std::chrono::steady_clock::now() - start + 1h, o);
-  }
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
+  const auto answer = answer_of(client, child);
   close(names[0]);
   ASSERT_TRUE(answer.has_value()) << answer.error().reason;
   EXPECT_EQ(answer->requested, 77);
-  const auto gone = client.exchange(std::chrono::steady_clock::now() - start + 2h, o);
+  const auto gone = client.exchange(2h, kPinch);
   EXPECT_FALSE(gone.has_value()) << "the line is dead";
 }
 

@@ -171,7 +171,7 @@ void Drive::add_objects() {
 }
 
 void Drive::inject(Trouble trouble, Time duration) {
-  if (silences(trouble) || trouble == Trouble::jam) {
+  if (silences(trouble) || trouble == Trouble::jam || trouble == Trouble::emergency_stop) {
     trouble_ = trouble;
     trouble_ends_.reset();
     if (duration > Time(0)) trouble_ends_ = now_ + duration;
@@ -533,7 +533,8 @@ void Drive::update_objects() {
   o.set(0x6041'00, statusword());
   if (state_ != operation_enabled) o.set(0x6061'00, value(0x6060'00));
   o.set(0x60F4'00, enabled ? counts(reference_) - counts(position_rad()) : 0);
-  o.set(0x60FD'00, (switch_pressed(-axis.sign) ? 1 : 0) | (switch_pressed(axis.sign) ? 2 : 0));
+  o.set(0x60FD'00, (switch_pressed(-axis.sign) ? 1 : 0) | (switch_pressed(axis.sign) ? 2 : 0) |
+                       (trouble_ == Trouble::emergency_stop ? 0 : 8));
 }
 
 void Drive::move(Time now, Frames& out) {

@@ -26,9 +26,10 @@ enum class Trouble : std::uint8_t {
   power = 5,             ///< no supply: the brake falls, everything is forgotten
   stall = 6,             ///< the program hangs: no answer, no motion, no watchdogs
   bus_off = 7,           ///< its CAN controller leaves the bus, which the drive notices
+  emergency_stop = 8,    ///< the circuit at its input (60FDh, bit 3, interlock) is open
 };
-inline constexpr std::array kTroubleNames{"overcurrent", "mute",  "jam",    "over_temperature",
-                                          "power",       "stall", "bus_off"};
+inline constexpr std::array kTroubleNames{"overcurrent", "mute",  "jam",     "over_temperature",
+                                          "power",       "stall", "bus_off", "emergency_stop"};
 
 struct DriveConfig {
   cia402::Axis axis{};

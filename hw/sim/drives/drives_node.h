@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +18,8 @@ struct DrivesParams {
   double offset_s = 0.0025;
   std::string bus = "embedded:arm";  ///< address of the bus, see hw/can/bus.h
   std::string robot = "lwr4.yaml";   ///< model file: number of joints, home posture, dynamics
-  double v_margin = 1.2;             ///< motor's largest speed relative to the model's v_max [1]
+  std::string machine{};  ///< the bridge's machine file instead of `robot`, `bus` and `axes`
+  double v_margin = 1.2;  ///< motor's largest speed relative to the model's v_max [1]
   double a_margin = 2.0;  ///< motor's largest acceleration relative to the model's a_max [1]
   double bandwidth_rad_s = 150.0;  ///< bandwidth of the position loops [rad/s]
   double following_window_rad =
@@ -33,6 +35,7 @@ struct DrivesParams {
     v("offset_s", offset_s, 0.0, 1.0);
     v("bus", bus);
     v.file("robot", robot, "arm");
+    v.file("machine", machine, "machine");
     v("v_margin", v_margin, 0.1, 10.0);
     v("a_margin", a_margin, 0.1, 10.0);
     v("bandwidth_rad_s", bandwidth_rad_s, 1.0, 1000.0);
@@ -46,7 +49,8 @@ struct DrivesParams {
   double robot_rate_hz() const;  ///< see run_node
 };
 
-/// The drives of a simulated arm on a CAN bus. Publishes where the joints truly are.
+/// The drives of a simulated arm on one CAN bus, or those of a machine file. Publishes where the
+/// joints truly are.
 class DrivesNode {
  public:
   using Params = DrivesParams;
@@ -57,9 +61,10 @@ class DrivesNode {
 
  private:
   void make_trouble(runtime::Time now);
+  Drive& drive(int joint);
 
   Params params_;
-  Rack rack_;
+  std::vector<std::unique_ptr<Rack>> racks_;  // one a bus
   std::optional<runtime::Time> trouble_at_;
   bool troubled_ = false;
   runtime::Out<v1::JointState> arm_;

@@ -12,7 +12,7 @@
 namespace mimesis::tool {
 
 struct HwOptions : GraphOptions {
-  std::string bus;                  ///< embedded:NAME or socketcan:INTERFACE
+  std::string bus;                  ///< see hw/can/bus.h
   std::string file;                 ///< machine file
   int node = 0;                     ///< CANopen node
   std::string object, value, type;  ///< hw sdo

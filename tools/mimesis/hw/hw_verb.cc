@@ -29,7 +29,9 @@ CLI::App* add(CLI::App& verb, const std::string& name, const std::string& about,
 }
 
 void add_bus(CLI::App* sub, const Options& options) {
-  sub->add_option("BUS", options->bus, "embedded:NAME of the graph, or socketcan:INTERFACE")
+  sub->add_option("BUS", options->bus,
+                  "embedded:NAME of the graph, socketcan:INTERFACE, "
+                  "udp_multicast:GROUP or slcan:/dev/NAME")
       ->required();
 }
 void add_node(CLI::App* sub, const Options& options) {
@@ -56,7 +58,8 @@ void add_fault(CLI::App& verb, int& exit_code) {
           "KIND", options->kind,
           "overcurrent, over_temperature: fault. mute: its cable is cut. jam: its joint is held "
           "(following error). "
-          "power: no supply. stall: its program hangs. bus_off: its controller leaves the bus")
+          "power: no supply. stall: its program hangs. bus_off: its controller leaves the bus. "
+          "emergency_stop: the circuit at bit 3 of its inputs 60FDh opens")
       ->required()
       ->check(CLI::IsMember(
           std::vector<std::string>(hw::sim::kTroubleNames.begin(), hw::sim::kTroubleNames.end())));

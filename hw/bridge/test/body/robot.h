@@ -38,6 +38,7 @@ class Robot : public ::testing::Test {
   }
   void start_bridge(bridge::BridgeParams params = {}) {
     params.robot = "biped.yaml";
+    params.arming = "auto";
     params.buses = four_buses();
     params.hand = "";
     params.start_tolerance_rad = 0.05;

@@ -88,12 +88,12 @@ class RobotOnHosts : public LaunchHosts {
             "_camera\n    host: vision\n    after: [vision");
     replace("    if: ${arg:sim}\n", "    host: arm\n");
     replace("_planner\n    host: arm", "_planner\n    host: " + planner);
-    launch_ =
-        at(1).mimesis("launch " + folder_.write("robot.yaml", text) +
-                          " --arg user=root --arg prefix=" MIMESIS_BIN_DIR
-                          "/.. --arg can=embedded:arm --arg hand=unix:hand --arg vision=" +
-                          vision.address() + " --arg arm=" + arm.address() + " --graph " + graph_,
-                      path());
+    launch_ = at(1).mimesis(
+        "launch " + folder_.write("robot.yaml", text) +
+            " --arg user=root --arg prefix=" MIMESIS_BIN_DIR
+            "/.. --arg can=embedded:arm --arg hand=unix:hand --arg arming=auto --arg vision=" +
+            vision.address() + " --arg arm=" + arm.address() + " --graph " + graph_,
+        path());
   }
 };
 

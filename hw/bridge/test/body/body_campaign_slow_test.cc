@@ -1,0 +1,83 @@
+// Faults of a standing biped that squats at a pace of its own: of drives, of commands, of the
+// bridge, of a bus, and emergency stops. None takes its drives' power away, so it must not fall.
+// Explicit time, seeded; MIMESIS_FAULTS changes the number of trials.
+#include <csignal>
+#include <random>
+
+#include "hw/bridge/test/body/robot.h"
+
+namespace mimesis::hw::sim {
+namespace {
+
+constexpr std::array kFaults{"overcurrent", "cable cut",      "walker silent", "bridge dies",
+                             "bus-off",     "emergency stop", "SIGUSR1",       "wild command"};
+
+class BodyCampaign : public Robot {
+ protected:
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_()) / 4294967296.0;
+  }
+  /// @return how far a joint went after the fault [rad]
+  double trial(unsigned seed, std::size_t fault) {
+    random_.seed(seed);
+    const double depth = uniform(0.0, 0.075), rate_hz = uniform(0.2, 0.7);
+    const double onset_s = 1.5 + uniform(0.0, 2.0);
+    const std::string at = names[random_() % names.size()];
+    SimBodyParams params;
+    if (fault < 2)
+      params.faults = {{.at_s = onset_s, .joint = at, .kind = fault == 0 ? "overcurrent" : "mute"}};
+    start_body(params);
+    start_bridge();
+    const Time begin = now;
+    double t = 0.0;
+    const auto move = [&](bool speak) {
+      squat(depth * (1.0 - std::cos(2.0 * M_PI * rate_hz * t)));
+      t += now - begin > 1s ? to_seconds(kTick) : 0.0;
+      tick(speak);
+    };
+    while (to_seconds(now - begin) < onset_s) move(true);
+    EXPECT_EQ(status.state(), "following") << status.reason();
+    const std::vector<double> before(drives.position_rad().begin(), drives.position_rad().end());
+    if (fault == 3) bridge.reset();
+    if (fault == 4) {
+      const std::string bus = four_buses()[random_() % 4].can;
+      can::open(bus, bridge_graph->directory())
+          ->send(std::array{can::Frame{.id = can::kErrorFlag | can::kBusOff, .length = 8}});
+    }
+    if (fault == 5) bridge_graph->send("emergency_stop", v1::EmergencyStop{}, now);
+    if (fault == 6) std::raise(SIGUSR1);
+    const std::size_t wild = random_() % names.size();
+    for (const Time end = now + 3s; now < end;) {
+      move(fault != 2);
+      if (fault == 7) target[wild] += uniform(-2.0, 2.0);
+    }
+    EXPECT_FALSE(truth.fell()) << truth.how() << ", " << status.reason();
+    double farthest = 0.0;
+    for (int i = 0; i < 30; ++i)
+      farthest = std::max(farthest,
+                          std::abs(drives.position_rad(i) - before[static_cast<std::size_t>(i)]));
+    bridge.reset();
+    body.reset();
+    return farthest;
+  }
+  std::mt19937 random_;
+};
+
+/// One process-wide seed range; each trial a robot of its own.
+class BodyFault : public BodyCampaign, public ::testing::WithParamInterface<int> {};
+
+TEST_P(BodyFault, LeavesTheRobotStanding) {
+  const auto fault = static_cast<std::size_t>(GetParam()) % kFaults.size();
+  const double farthest = trial(static_cast<unsigned>(GetParam()), fault);
+  std::printf("seed %d, %s: a joint went %.3f rad; %s\n", GetParam(), kFaults[fault], farthest,
+              status.reason().c_str());
+}
+
+int trials() {
+  const char* asked = std::getenv("MIMESIS_FAULTS");
+  return asked != nullptr ? std::atoi(asked) : 80;
+}
+INSTANTIATE_TEST_SUITE_P(Campaign, BodyFault, ::testing::Range(1, trials() + 1));
+
+}  // namespace
+}  // namespace mimesis::hw::sim
