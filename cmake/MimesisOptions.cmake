@@ -20,7 +20,9 @@ if(MIMESIS_SANITIZE)
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")  # line tables are all that a report needs, a third faster to compile
   add_compile_options(-fsanitize=${MIMESIS_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${MIMESIS_SANITIZE})
-  add_compile_options(-Wno-maybe-uninitialized)  # with sanitizers g++ 12 suspects Eigen's aliasing check
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    add_compile_options(-Wno-maybe-uninitialized)  # with sanitizers g++ 12 suspects Eigen's aliasing check
+  endif()
 endif()
 
 if(MIMESIS_FUZZ)

@@ -12,19 +12,20 @@ namespace mimesis::planner {
 namespace {
 
 constexpr double kRounding = 1e-5;  // [m]
-constexpr std::size_t kMostInCluster = 4;
-constexpr std::size_t kMostInGroup = 8;
+constexpr std::size_t kMostInCluster = 12;
+constexpr std::size_t kMostInGroup = 5;
 
 using Ints = std::int32_t __attribute__((vector_size(4 * kLanes), aligned(4 * kLanes)));
 
 #define MIMESIS_INLINE __attribute__((always_inline)) inline
 
 MIMESIS_INLINE bool any(const Ints& mask) {
-  using Wide = std::int64_t __attribute__((vector_size(4 * kLanes), aligned(4 * kLanes)));
-  const Wide w = __builtin_bit_cast(Wide, mask);
-  std::int64_t bits = 0;
-  for (int i = 0; i < kLanes / 2; ++i) bits |= w[i];
-  return bits != 0;
+  using Half = std::int64_t __attribute__((vector_size(2 * kLanes)));
+  using HalfInts = std::int32_t __attribute__((vector_size(2 * kLanes)));
+  const HalfInts both = __builtin_shufflevector(mask, mask, 0, 1, 2, 3) |
+                        __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
+  const Half bits = __builtin_bit_cast(Half, both);
+  return (bits[0] | bits[1]) != 0;
 }
 
 MIMESIS_INLINE std::uint32_t bits_of(const Ints& mask) {
@@ -188,13 +189,72 @@ struct BatchKernel {
     }
   }
 
-  template <class Obstacle>
-  static MIMESIS_INLINE void against(const BatchChecker& c, const Cluster& cluster,
-                                     const Obstacle& obstacle, float radius, const Lanes& bound,
-                                     Flags& flags) {
-    for (std::size_t i = cluster.begin; i < cluster.end; ++i) {
-      compare(squared(c.at_[i], obstacle), c.balls_[i].r + radius, bound, flags);
+  static MIMESIS_INLINE void cross(const Place& a, const Place& b, Place& sum) {
+    sum.x += a.y * b.z - a.z * b.y;
+    sum.y += a.z * b.x - a.x * b.z;
+    sum.z += a.x * b.y - a.y * b.x;
+  }
+
+  static MIMESIS_INLINE Lanes length(const Place& p) {
+    return root_at_least(p.x * p.x + p.y * p.y + p.z * p.z);
+  }
+
+  /// Twists of the frames on a line, and what the bounds of its curvature have in common.
+  static MIMESIS_INLINE void start_lines(BatchChecker& c, const BatchChecker::Postures& postures) {
+    Lanes sum{};
+    for (std::size_t j = 0; j < c.steps_.size(); ++j) {
+      const Frame& axis = c.frames_[j + 1];
+      const Lanes d = postures.deviation[j], size = d < 0.0f ? -d : d;
+      const Place z{d * axis.z.x, d * axis.z.y, d * axis.z.z};
+      BatchChecker::Twist twist = c.twists_[j];
+      if (c.steps_[j].slides) {
+        twist.move = {twist.move.x + z.x, twist.move.y + z.y, twist.move.z + z.z};
+        c.squares_[j] = 2.0f * size * sum;
+      } else {
+        twist.turn = {twist.turn.x + z.x, twist.turn.y + z.y, twist.turn.z + z.z};
+        cross(axis.p, z, twist.move);
+        c.squares_[j] = size * (size + 2.0f * sum);
+        sum += size;
+      }
+      twist.speed = length(twist.turn);
+      c.twists_[j + 1] = twist;
     }
+  }
+
+  static MIMESIS_INLINE void bound_line(BatchChecker& c, std::size_t index,
+                                        const BatchChecker::Postures& postures) {
+    const Cluster& cluster = c.clusters_[index];
+    auto& bounds = c.bounds_[index];
+    Lanes D{}, R{};
+    bounds[cluster.frame] = D;
+    for (std::size_t j = cluster.frame; j-- > 0;) {
+      const Lanes d = postures.deviation[j];
+      D += cluster.reach[j] * (d < 0.0f ? -d : d);
+      R += cluster.reach[j] * c.squares_[j];
+      bounds[j] = D;
+    }
+    const BatchChecker::Twist& twist = c.twists_[cluster.frame];
+    Place u = twist.move;
+    cross(twist.turn, c.centers_[index], u);
+    const Lanes line = length(u) + cluster.spread * twist.speed + 0.5f * R;
+    bounds[0] = line < D ? line : D;
+  }
+
+  static MIMESIS_INLINE void place_balls(BatchChecker& c, std::size_t index) {
+    if (c.placed_[index]) return;
+    c.placed_[index] = 1;
+    const Cluster& cluster = c.clusters_[index];
+    for (std::size_t i = cluster.begin; i < cluster.end; ++i)
+      c.at_[i] = placed(c.frames_[cluster.frame], c.balls_[i]);
+  }
+
+  template <class Obstacle>
+  static MIMESIS_INLINE void against(BatchChecker& c, std::size_t index, const Obstacle& obstacle,
+                                     float radius, const Lanes& bound, Flags& flags) {
+    place_balls(c, index);
+    const Cluster& cluster = c.clusters_[index];
+    for (std::size_t i = cluster.begin; i < cluster.end; ++i)
+      compare(squared(c.at_[i], obstacle), c.balls_[i].r + radius, bound, flags);
   }
 
   static MIMESIS_INLINE Ints overlap(const Lanes& distance_squared, float reach,
@@ -203,66 +263,73 @@ struct BatchKernel {
     return distance_squared < far * far;
   }
 
-  static MIMESIS_INLINE void place_balls(BatchChecker& c, const Cluster& cluster) {
-    for (std::size_t i = cluster.begin; i < cluster.end; ++i)
-      c.at_[i] = placed(c.frames_[cluster.frame], c.balls_[i]);
-  }
-
-  static MIMESIS_INLINE void against_obstacles(BatchChecker& c, std::size_t index, bool motions,
-                                               Flags& flags) {
+  template <bool until_any>
+  static MIMESIS_INLINE void against_obstacles(BatchChecker& c, std::size_t index,
+                                               const Lanes& bound, Flags& flags) {
     const Cluster& cluster = c.clusters_[index];
     const Place& center = c.centers_[index];
-    const Lanes bound = motions ? c.bounds_[index][0] : Lanes{};
     const float r = cluster.ball.r;
     for (const auto& box : c.boxes_) {
-      if (any(overlap(squared(center, box), r, bound)))
-        against(c, cluster, box, 0.0f, bound, flags);
+      if (any(overlap(squared(center, box), r, bound) & ~flags.touches))
+        against(c, index, box, 0.0f, bound, flags);
     }
     if (!cluster.held) {
       for (const auto& box : c.supports_) {
         if (any(overlap(squared(center, box), r, bound)))
-          against(c, cluster, box, 0.0f, bound, flags);
+          against(c, index, box, 0.0f, bound, flags);
       }
     }
     for (const auto& group : c.groups_) {
-      if (!any(overlap(squared(center, group.ball.p), r + group.ball.r, bound))) continue;
+      if (!any(overlap(squared(center, group.ball.p), r + group.ball.r, bound) & ~flags.touches))
+        continue;
       for (std::size_t o = group.begin; o < group.end; ++o) {
         const Point& obstacle = c.obstacles_[o];
-        if (any(overlap(squared(center, obstacle.p), r + obstacle.r, bound)))
-          against(c, cluster, obstacle.p, obstacle.r, bound, flags);
+        if (any(overlap(squared(center, obstacle.p), r + obstacle.r, bound) & ~flags.touches))
+          against(c, index, obstacle.p, obstacle.r, bound, flags);
+      }
+      if (until_any && any(flags.touches)) return;
+    }
+  }
+
+  static MIMESIS_INLINE void against_itself(BatchChecker& c, const BatchChecker::Pair& pair,
+                                            const Lanes& bound, Flags& flags) {
+    const Cluster &a = c.clusters_[pair.a], &b = c.clusters_[pair.b];
+    const Lanes apart = squared(c.centers_[pair.a], c.centers_[pair.b]);
+    if (!any(overlap(apart, a.ball.r + b.ball.r, bound) & ~flags.touches)) return;
+    place_balls(c, pair.a);
+    place_balls(c, pair.b);
+    for (std::size_t i = a.begin; i < a.end; ++i) {
+      for (std::size_t k = b.begin; k < b.end; ++k) {
+        compare(squared(c.at_[i], c.at_[k]), c.balls_[i].r + c.balls_[k].r - c.margin_, bound,
+                flags);
       }
     }
   }
 
-  static MIMESIS_INLINE void against_itself(BatchChecker& c, bool motions, Flags& flags) {
-    for (const auto& pair : c.pairs_) {
-      const Cluster &a = c.clusters_[pair.a], &b = c.clusters_[pair.b];
-      const Lanes bound = motions ? c.bounds_[pair.b][a.frame] : Lanes{};
-      const Lanes apart = squared(c.centers_[pair.a], c.centers_[pair.b]);
-      if (!any(overlap(apart, a.ball.r + b.ball.r, bound))) continue;
-      for (std::size_t i = a.begin; i < a.end; ++i) {
-        for (std::size_t k = b.begin; k < b.end; ++k) {
-          compare(squared(c.at_[i], c.at_[k]), c.balls_[i].r + c.balls_[k].r - c.margin_, bound,
-                  flags);
-        }
-      }
-    }
-  }
-
+  template <BatchChecker::Mode mode>
   static MIMESIS_INLINE BatchChecker::Verdicts run(BatchChecker& c,
-                                                   const BatchChecker::Postures& postures,
-                                                   bool motions) {
+                                                   const BatchChecker::Postures& postures) {
+    using Mode = BatchChecker::Mode;
+    constexpr bool motions = mode == Mode::boxes || mode == Mode::lines;
+    constexpr std::uint32_t all = (1u << kLanes) - 1u;
     for (std::size_t j = 0; j < c.steps_.size(); ++j)
       move(c.frames_[j], c.steps_[j], postures.q[j], c.frames_[j + 1]);
+    if (mode == Mode::lines) start_lines(c, postures);
     Flags flags;
     for (std::size_t k = 0; k < c.clusters_.size(); ++k) {
       const Cluster& cluster = c.clusters_[k];
       c.centers_[k] = placed(c.frames_[cluster.frame], cluster.ball);
-      place_balls(c, cluster);
-      if (motions) bound_motion(c, k, postures);
-      if (cluster.against_obstacles) against_obstacles(c, k, motions, flags);
+      c.placed_[k] = 0;
+      if (mode == Mode::boxes) bound_motion(c, k, postures);
+      if (mode == Mode::lines) bound_line(c, k, postures);
+      if (!cluster.against_obstacles) continue;
+      against_obstacles<mode != Mode::postures>(c, k, motions ? c.bounds_[k][0] : Lanes{}, flags);
+      if (mode != Mode::postures && any(flags.touches)) return {all, 0u};
     }
-    against_itself(c, motions, flags);
+    for (const auto& pair : c.pairs_) {
+      const Lanes bound = motions ? c.bounds_[pair.b][c.clusters_[pair.a].frame] : Lanes{};
+      against_itself(c, pair, bound, flags);
+    }
     const std::uint32_t touches = bits_of(flags.touches);
     return {touches, motions ? bits_of(flags.near) & ~touches : 0u};
   }
@@ -270,12 +337,22 @@ struct BatchKernel {
 
 MIMESIS_VECTOR_CLONES
 BatchChecker::Verdicts BatchChecker::judge(const Postures& postures) {
-  return BatchKernel::run(*this, postures, false);
+  return BatchKernel::run<Mode::postures>(*this, postures);
+}
+
+MIMESIS_VECTOR_CLONES
+bool BatchChecker::any_touches(const Postures& postures) {
+  return BatchKernel::run<Mode::any_posture>(*this, postures).touches != 0;
 }
 
 MIMESIS_VECTOR_CLONES
 BatchChecker::Verdicts BatchChecker::judge_motions(const Postures& postures) {
-  return BatchKernel::run(*this, postures, true);
+  return BatchKernel::run<Mode::boxes>(*this, postures);
+}
+
+MIMESIS_VECTOR_CLONES
+BatchChecker::Verdicts BatchChecker::judge_lines(const Postures& postures) {
+  return BatchKernel::run<Mode::lines>(*this, postures);
 }
 
 namespace {
@@ -301,9 +378,9 @@ void split(std::vector<T>& all, std::size_t begin, std::size_t end, std::size_t 
   Eigen::Index axis = 0;
   (hi - lo).maxCoeff(&axis);
   const auto at = [&](std::size_t i) { return all.begin() + static_cast<std::ptrdiff_t>(i); };
-  std::stable_sort(at(begin), at(end),
-                   [axis](const T& a, const T& b) { return a.p[axis] < b.p[axis]; });
   const std::size_t middle = (begin + end + 1) / 2;
+  std::nth_element(at(begin), at(middle), at(end),
+                   [axis](const T& a, const T& b) { return a.p[axis] < b.p[axis]; });
   split(all, begin, middle, most, part);
   split(all, middle, end, most, part);
 }
@@ -326,9 +403,8 @@ std::pair<Eigen::Vector4d, double> around(const std::vector<T>& all, std::size_t
   return {{center.x(), center.y(), center.z(), radius}, spread};
 }
 
-float rounded_up(double value) {
-  return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
-}
+/// At least the value, which is not negative.
+float rounded_up(double value) { return static_cast<float>(value) * (1.0f + 0x1.0p-22f); }
 
 std::array<float, 3> floats(const Eigen::Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
@@ -340,6 +416,7 @@ BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
     : margin_(static_cast<float>(margin_m)) {
   MIMESIS_ASSERT(static_cast<std::size_t>(arm.dof()) <= kMostJoints);
   Eigen::Isometry3d rest = Eigen::Isometry3d::Identity();
+  const Eigen::Matrix3d by_90 = Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitX()).matrix();
   for (const kin::DhLink& link : arm.links) {
     const Eigen::Isometry3d C = rest * link.before_joint();
     rest = link.after_joint();
@@ -347,7 +424,6 @@ BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
     const Eigen::Matrix3d R = C.linear();
     for (Eigen::Index i = 0; i < 9; ++i)
       step.R[static_cast<std::size_t>(i)] = static_cast<float>(R(i / 3, i % 3));
-    const Eigen::Matrix3d by_90 = Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitX()).matrix();
     step.turn = R.isApprox(Eigen::Matrix3d::Identity(), 1e-12) ? Step::Turn::none
                 : R.isApprox(by_90, 1e-12)                     ? Step::Turn::x_by_90
                 : R.isApprox(by_90.transpose(), 1e-12)         ? Step::Turn::x_by_minus_90
@@ -365,6 +441,36 @@ BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
                 broadcast(base.linear().col(2)), broadcast(base.translation())};
   add_arm(arm, obstacles, margin_m);
   add_obstacles(obstacles);
+}
+
+/// From its frame to the base: what the centres can reach when a joint turns is a solid of
+/// revolution, of which a cylinder about the axis remains.
+void BatchChecker::bound_reach(const kin::ArmModel& arm, Cluster& cluster) const {
+  double rho = 0.0, lo = std::numeric_limits<double>::infinity(), hi = -lo;
+  for (std::size_t i = cluster.begin; i < cluster.end; ++i) {
+    const auto& p = balls_[i].p;
+    rho = std::max(rho, std::hypot(static_cast<double>(p[0]), static_cast<double>(p[1])));
+    lo = std::min(lo, static_cast<double>(p[2]));
+    hi = std::max(hi, static_cast<double>(p[2]));
+  }
+  for (std::size_t j = cluster.frame; j-- > 0;) {
+    const Step& step = steps_[j];
+    cluster.reach[j] = step.slides ? 1.0f : rounded_up((1.0 + 1e-6) * rho + 1e-6);
+    if (step.slides) {
+      lo += arm.q_min[static_cast<Eigen::Index>(j)];
+      hi += arm.q_max[static_cast<Eigen::Index>(j)];
+    }
+    const auto R = [&](std::size_t i) { return static_cast<double>(step.R[i]); };
+    const auto away = [&](double z) {
+      return std::hypot(step.t[0] + z * R(2), step.t[1] + z * R(5));
+    };
+    const double farther = std::max(away(lo), away(hi)) + rho;
+    const double swing = rho * std::hypot(R(6), R(7));
+    const double one = R(8) * lo, other = R(8) * hi;
+    lo = step.t[2] + std::min(one, other) - swing;
+    hi = step.t[2] + std::max(one, other) + swing;
+    rho = farther;
+  }
 }
 
 void BatchChecker::add_arm(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m) {
@@ -395,6 +501,8 @@ void BatchChecker::add_arm(const kin::ArmModel& arm, const Obstacles& obstacles,
     split(balls, begin, end, kMostInCluster, [&](std::size_t from, std::size_t to) {
       const auto [ball, spread] = around(balls, from, to);
       const ArmBall& first = balls[from];
+      for (std::size_t i = from; i < to; ++i)
+        balls_.push_back({floats(balls[i].p), rounded_up(balls[i].r + margin_m + kRounding)});
       clusters_.push_back({first.frame,
                            from,
                            to,
@@ -402,11 +510,10 @@ void BatchChecker::add_arm(const kin::ArmModel& arm, const Obstacles& obstacles,
                            rounded_up(spread + 1e-6),
                            first.held,
                            first.against_obstacles});
+      bound_reach(arm, clusters_.back());
       group.push_back(first.group);
     });
   }
-  for (const ArmBall& ball : balls)
-    balls_.push_back({floats(ball.p), rounded_up(ball.r + margin_m + kRounding)});
   for (const auto& [group_a, group_b] : arm.self_pairs) {
     for (std::size_t a = 0; a < clusters_.size(); ++a) {
       for (std::size_t b = 0; b < clusters_.size(); ++b) {
@@ -418,6 +525,7 @@ void BatchChecker::add_arm(const kin::ArmModel& arm, const Obstacles& obstacles,
   }
   centers_.resize(clusters_.size());
   bounds_.resize(clusters_.size());
+  placed_.resize(clusters_.size());
   at_.resize(balls_.size());
 }
 

@@ -25,7 +25,7 @@ using Lanes = float __attribute__((vector_size(4 * kLanes), aligned(4 * kLanes))
 /// registers: AVX2 where the processor has it, and the same bits without. What is nearer than the
 /// margin and 10 µm more, which covers all rounding, touches.
 ///
-/// Near balls of one link are a cluster, near obstacle balls another: only where the balls around
+/// The balls of one link are a cluster, near obstacle balls another: only where the balls around
 /// two clusters overlap are their members looked at.
 class BatchChecker {
  public:
@@ -48,6 +48,8 @@ class BatchChecker {
   };
   /// Postures alone.
   Verdicts judge(const Postures& postures);
+  /// Any of them touches: as soon as one is known to, the rest is not looked at.
+  bool any_touches(const Postures& postures);
   /// Postures with all motions around them: those of a lane that neither touches nor is near are
   /// proven free. Of the motion, a cluster moves at most D, where, from its frame to the base,
   ///   D ← 0;  D ← D + (ρⱼ + D) δⱼ,   ρⱼ = largest distance of its centres from axis j at q,
@@ -55,9 +57,18 @@ class BatchChecker {
   /// (Move the outer joints first: when joint j turns, its axis still stands as at q, and the ball,
   /// already moved by D, is at most ρⱼ + D away from it.) Down to frame f only it is the motion
   /// relative to f, which counts for pairs of own clusters.
+  /// Where one lane touches, the others may not have been looked at.
   Verdicts judge_motions(const Postures& postures);
+  /// The same, but the joints of a lane move together on a straight line, from q − deviation to
+  /// q + deviation (signed). A point of a cluster moves by its velocity u = J·deviation at q, and
+  /// at most by
+  ///   R = ½ Σⱼ Lⱼ |δⱼ| (|δⱼ| + 2 Σᵢ﹤ⱼ |δᵢ|)
+  /// more, Lⱼ = its largest distance from axis j at any posture: the second derivatives are
+  /// zᵢ × (zⱼ × (p − oⱼ)), i the inner joint. In a frame that moves itself, by Σ Lⱼ |δⱼ|.
+  Verdicts judge_lines(const Postures& postures);
 
  private:
+  enum class Mode : std::uint8_t { postures, any_posture, boxes, lines };
   /// Constant part of the chain before a joint: R turns and t moves, in the frame before it.
   struct Step {
     enum class Turn : std::uint8_t { none, x_by_90, x_by_minus_90, any } turn = Turn::none;
@@ -75,6 +86,7 @@ class BatchChecker {
     Point ball;                                 // around all balls
     float spread = 0.0f;                        // largest distance of a centre from ball.p
     bool held = false, against_obstacles = true;
+    std::array<float, kMostJoints> reach{};  // L of each joint; 1 if it slides
   };
   struct Pair {
     std::size_t a, b;  // clusters; b's frame is not below a's
@@ -92,7 +104,12 @@ class BatchChecker {
   struct Frame {
     Place x, y, z, p;  // axes and origin
   };
+  struct Twist {
+    Place turn, move;  // of a lane's line: velocity of point p is turn × p + move
+    Lanes speed;       // |turn|
+  };
 
+  void bound_reach(const kin::ArmModel& arm, Cluster& cluster) const;
   void add_arm(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m);
   void add_obstacles(const Obstacles& obstacles);
 
@@ -107,8 +124,11 @@ class BatchChecker {
 
   // Scratch, of the postures at hand.
   std::array<Frame, kMostJoints + 1> frames_{};  // the axes of the joints: turned by them
-  std::vector<Place> centers_, at_;              // of clusters, of balls
-  std::vector<PerJoint> bounds_;                 // [cluster][relative to frame]
+  std::array<Twist, kMostJoints + 1> twists_{};
+  PerJoint squares_{};               // |δⱼ| (|δⱼ| + 2 Σᵢ﹤ⱼ |δᵢ|)
+  std::vector<Place> centers_, at_;  // of clusters, of balls
+  std::vector<char> placed_;         // clusters whose balls are
+  std::vector<PerJoint> bounds_;     // [cluster][relative to frame]
 
   friend struct BatchKernel;
 };

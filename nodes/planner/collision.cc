@@ -17,6 +17,7 @@ constexpr long kPosturesPerStops = 4000, kUnlimited = std::numeric_limits<long>:
 
 /// Straight from a to b. A part: its middle, 0 .. 1, and half its width.
 struct Line {
+  static constexpr auto kJudge = &BatchChecker::judge_lines;
   using Part = std::array<float, 2>;
   const Eigen::Ref<const Eigen::VectorXd>&a, &b;
   float longest;
@@ -25,7 +26,7 @@ struct Line {
     for (Eigen::Index j = 0; j < a.size(); ++j) {
       const auto from = static_cast<float>(a[j]), way = static_cast<float>(b[j] - a[j]);
       to.q[static_cast<std::size_t>(j)][lane] = from + part[0] * way;
-      to.deviation[static_cast<std::size_t>(j)][lane] = part[1] * std::abs(way);
+      to.deviation[static_cast<std::size_t>(j)][lane] = part[1] * way;
     }
   }
   bool last(const Part& part) const { return part[1] * longest < static_cast<float>(kUndecided); }
@@ -37,6 +38,7 @@ struct Line {
 
 /// A part: its control points. The curve stays in their hull.
 struct Curve {
+  static constexpr auto kJudge = &BatchChecker::judge_motions;
   using Part = Eigen::MatrixXd;
 
   /// De Casteljau at 1/2.
@@ -71,6 +73,7 @@ struct Curve {
 /// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, of r²/k, and of the
 /// delay.
 struct Fan {
+  static constexpr auto kJudge = &BatchChecker::judge_motions;
   using Part = std::array<double, 8>;
   const Stops& s;
 
@@ -173,7 +176,7 @@ bool CollisionChecker::certify_parts(const Motion& motion, std::vector<typename 
       motion.place(open[next + std::min(static_cast<std::size_t>(lane), count - 1)], lanes_, lane);
     postures_ += static_cast<long>(count);
     most -= static_cast<long>(count);
-    const auto verdicts = batch_.judge_motions(lanes_);
+    const auto verdicts = (batch_.*Motion::kJudge)(lanes_);
     if (verdicts.touches != 0 || (verdicts.near != 0 && most <= 0)) return false;
     for (std::size_t lane = 0; lane < count; ++lane, ++next) {
       if ((verdicts.near >> lane & 1u) == 0) continue;
@@ -191,6 +194,17 @@ bool CollisionChecker::certify(const Eigen::Ref<const Eigen::VectorXd>& a,
     line_parts_.push_back({(static_cast<float>(i) + 0.5f) / kLanes, 0.5f / kLanes});
   const Line line{a, b, static_cast<float>((b - a).cwiseAbs().maxCoeff())};
   return certify_parts(line, line_parts_, kUnlimited);
+}
+
+bool CollisionChecker::seems_free(const Eigen::Ref<const Eigen::VectorXd>& a,
+                                  const Eigen::Ref<const Eigen::VectorXd>& b) {
+  for (Eigen::Index j = 0; j < a.size(); ++j) {
+    const auto from = static_cast<float>(a[j]), way = static_cast<float>(b[j] - a[j]);
+    lanes_.q[static_cast<std::size_t>(j)] =
+        from + way / kLanes * Lanes{1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f, 8.0f};
+  }
+  postures_ += kLanes;
+  return !batch_.any_touches(lanes_);
 }
 
 bool CollisionChecker::certify_curve(const Eigen::MatrixXd& control_points) {

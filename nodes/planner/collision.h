@@ -32,7 +32,9 @@ struct Stops {
 /// a time, the coarse ones first, so that most motions that touch are refused by the first batch.
 class CollisionChecker {
  public:
+  /// The arm is not copied: it must outlive the checker.
   CollisionChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m);
+  CollisionChecker(kin::ArmModel&&, const Obstacles&, double) = delete;
 
   /// No ball touches anything at posture q (n) [rad]. Does not allocate.
   bool free(const Eigen::Ref<const Eigen::VectorXd>& q);
@@ -44,6 +46,10 @@ class CollisionChecker {
   /// run.
   bool certify(const Eigen::Ref<const Eigen::VectorXd>& a,
                const Eigen::Ref<const Eigen::VectorXd>& b);
+  /// None of kLanes postures spread over the straight motion from a to b, b among them, touches.
+  /// Does not allocate.
+  bool seems_free(const Eigen::Ref<const Eigen::VectorXd>& a,
+                  const Eigen::Ref<const Eigen::VectorXd>& b);
   /// The Bézier curve with these control points (columns) is proven free.
   bool certify_curve(const Eigen::MatrixXd& control_points);
   /// All these stops are proven free.
@@ -57,7 +63,7 @@ class CollisionChecker {
   template <class Motion>
   bool certify_parts(const Motion& motion, std::vector<typename Motion::Part>& open, long most);
 
-  kin::ArmModel arm_;
+  const kin::ArmModel& arm_;
   Obstacles obstacles_;
   BatchChecker batch_;
   BatchChecker::Postures lanes_{};

@@ -134,12 +134,17 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
                                           const Eigen::VectorXd& start,
                                           std::span<const Eigen::VectorXd> goals,
                                           const PostureCost& cost, const SearchSettings& settings) {
-  if (const auto contact = checker.contact(start)) {
-    return tl::unexpected(Status{"the start posture is in collision: " + *contact});
-  }
+  Eigen::MatrixXd asked(start.size(), 1 + std::ssize(goals));  // judged at once
+  asked.col(0) = start;
+  for (std::size_t i = 0; i < goals.size(); ++i)
+    asked.col(1 + static_cast<Eigen::Index>(i)) = goals[i];
+  const std::vector<char> free = checker.free_columns(asked);
+  if (!free.front())
+    return tl::unexpected(
+        Status{"the start posture is in collision: " + checker.contact(start).value_or("")});
   std::vector<std::size_t> open;  // goals that are free, nearest first
   for (std::size_t i = 0; i < goals.size(); ++i) {
-    if (checker.free(goals[i])) open.push_back(i);
+    if (free[i + 1]) open.push_back(i);
   }
   if (open.empty()) return tl::unexpected(Status{why_blocked(checker, goals)});
   std::stable_sort(open.begin(), open.end(), [&](std::size_t a, std::size_t b) {
@@ -181,8 +186,9 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
   }
   found.goal = static_cast<int>(std::find(goals.begin(), goals.end(), found.waypoints.back()) -
                                 goals.begin());
-  found.waypoints =
-      shortened(std::move(found.waypoints), certify, settings.shortcuts, settings.seed);
+  if (settings.shortcuts > 0)
+    found.waypoints =
+        shortened(std::move(found.waypoints), certify, settings.shortcuts, settings.seed);
   return found;
 }
 

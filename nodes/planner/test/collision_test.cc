@@ -129,7 +129,8 @@ TEST(Certificate, NeverContradictedByDenseSampling) {
     const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 600, 6);
     int certified = 0, refused = 0, refused_for_nothing = 0;
     for (Eigen::Index i = 0; i + 1 < postures.cols(); i += 2) {
-      const Eigen::VectorXd a = postures.col(i), b = a + 0.3 * (postures.col(i + 1) - a);
+      const double share = i % 4 == 0 ? 1.0 : 0.3;  // long lines bend
+      const Eigen::VectorXd a = postures.col(i), b = a + share * (postures.col(i + 1) - a);
       double least = 1e9;
       for (int k = 0; k <= 200; ++k)
         least = std::min(least, clearance(arm, obstacles, a + k / 200.0 * (b - a)));
@@ -144,6 +145,52 @@ TEST(Certificate, NeverContradictedByDenseSampling) {
     EXPECT_GT(certified, 50);
     EXPECT_GT(refused, 50);
     EXPECT_EQ(refused_for_nothing, 0) << "what keeps 1 mm more than the margin is always certified";
+  }
+}
+
+/// A whole line judged as one part: what a ball meets somewhere on it must not be overlooked.
+TEST(BatchChecker, OverlooksNothingOnLongLines) {
+  for (const std::string name :
+       {"lwr4.yaml", "rx90.yaml", "sliding lwr4.yaml", "sliding rx90.yaml"}) {
+    SCOPED_TRACE(name);
+    auto arm = arm_named(name);
+    arm.X_WB = Eigen::Translation3d(0.1, -0.2, 0.3) *
+               Eigen::AngleAxisd(0.4, Eigen::Vector3d(0.6, 0.8, 0.0));
+    arm.self_pairs = {{0, 1}};
+    arm.env_groups = {0, 1, 2, 3};
+    constexpr int kLines = 1000;
+    const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, kLines, 21),
+                          draws = halton(arm.dof() + 3, kLines, 22);
+    for (Eigen::Index i = 0; i < kLines; ++i) {
+      const Eigen::VectorXd q = postures.col(i), draw = draws.col(i);
+      Eigen::VectorXd d(arm.dof());
+      for (Eigen::Index j = 0; j < d.size(); ++j) {
+        d[j] = 1.6 * (draw[j] - 0.5);
+        if (arm.links[static_cast<std::size_t>(j)].slides)
+          d[j] *= 0.5 * std::min(arm.q_max[j] - q[j], q[j] - arm.q_min[j]);
+      }
+      std::vector<Eigen::Isometry3d> X;
+      kin::forward(arm, q + (i % 2 == 0 ? 1.0 : 2.0 * draw[arm.dof()] - 1.0) * d, X);
+      const auto frame = [&](Eigen::Index k) {
+        return static_cast<int>(draw[arm.dof() + k] * (arm.dof() + 1));
+      };
+      const int a = std::min(frame(1), frame(2)), b = std::max(frame(1), frame(2));
+      const Eigen::Vector3d in_a(0.1, -0.2, 0.05), in_b(-0.1, 0.1, 0.2),
+          p_a = X[static_cast<std::size_t>(a)] * in_a, p_b = X[static_cast<std::size_t>(b)] * in_b;
+      BatchChecker::Postures line{};
+      for (std::size_t j = 0; j < arm.links.size(); ++j) {
+        line.q[j] = static_cast<float>(q[static_cast<Eigen::Index>(j)]) - Lanes{};
+        line.deviation[j] = static_cast<float>(d[static_cast<Eigen::Index>(j)]) - Lanes{};
+      }
+      arm.balls = {{b, 0, in_b, 0.01}};
+      BatchChecker in_the_way(arm, {{{p_b, 0.01}}, {}, {}, {}}, 0.0);
+      const auto met = in_the_way.judge_lines(line);
+      ASSERT_NE(met.touches | met.near, 0u) << i;
+      arm.balls = {{a, 0, in_a, 0.5 * (p_a - p_b).norm()}, {b, 1, in_b, 0.5 * (p_a - p_b).norm()}};
+      BatchChecker folding(arm, {}, 1e-3);
+      const auto folded = folding.judge_lines(line);
+      ASSERT_NE(folded.touches | folded.near, 0u) << i;
+    }
   }
 }
 

@@ -126,7 +126,8 @@ TEST(FindPath, SameSeedSameBits) {
 }
 
 TEST(FindPath, GoesStraightWhereItCan) {
-  CollisionChecker checker(planar_arm(), {}, kPathMargin);
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, {}, kPathMargin);
   const std::vector<Eigen::VectorXd> goals{kAbove};
   const auto found = find_path(planar_roadmap(checker), checker, kBelow, goals, {}, {});
   ASSERT_TRUE(found);

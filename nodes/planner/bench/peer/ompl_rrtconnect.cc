@@ -22,6 +22,7 @@ Eigen::VectorXd posture(const ob::State* state, int n) {
 Path plan_by_ompl(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
                   const Query& query) {
   const int n = arm.dof();
+  ompl::RNG::setSeed(1);  // each turn searches the same, not the luckiest of several searches
   auto space = std::make_shared<ob::RealVectorStateSpace>(static_cast<unsigned>(n));
   ob::RealVectorBounds bounds(static_cast<unsigned>(n));
   for (int j = 0; j < n; ++j) {
@@ -53,7 +54,6 @@ Path plan_by_ompl(const kin::ArmModel& arm, const Obstacles& obstacles, double m
 
 void ompl_rrtconnect(benchmark::State& state) {
   ompl::msg::setLogLevel(ompl::msg::LOG_NONE);
-  ompl::RNG::setSeed(1);
   plan_blocked_queries(state, plan_first_path, plan_by_ompl);
 }
 BENCHMARK(ompl_rrtconnect)
