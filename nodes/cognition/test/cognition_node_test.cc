@@ -190,6 +190,8 @@ TEST(CognitionNode, ATestPlanBeforeTheDecisionShiftsIt) {  // fig. 2.22 over mes
                                     "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH"};
     EXPECT_TRUE(rig.decision().settled());
     EXPECT_EQ(text(rig.decision()), expected[feasible]);
+    const auto why = rig.bus.take_last<v1::Explanation>("explanation");
+    EXPECT_GT(why->deciding_s(), 1.0) << "the time of the questions counts";
   }
 }
 
