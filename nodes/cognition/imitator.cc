@@ -129,6 +129,7 @@ void Imitator::observe(const Demonstration& observed, bool complete, double peri
   if (!observed.action() && !complete) {
     if (stage_ == Stage::waiting) return;
     ladder_.reset();
+    ladder_.recall(true);  // links that learn always do so in demonstrations alone
     stage_ = Stage::waiting;
     task_ = task_stimulus(ladder_.architecture(), expectation());
     seen_ = {};
