@@ -102,6 +102,9 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
         "practice '{}': the robot settles on something it learned before; nothing learned",
         sequence);
   }
+  for (const LinkSpec& link : imitator_.ladder().architecture().links) {
+    learns_always_ = learns_always_ || link.learns == "always";
+  }
   for (const FieldSpec& spec : imitator_.ladder().architecture().fields) {
     v1::Field* field = activity_.add_fields();
     field->set_name(spec.name);
@@ -154,6 +157,7 @@ void CognitionNode::watch(Time now) {
 void CognitionNode::tell_changes(Time now) {
   if (imitator_.stage() == stage_) return;
   stage_ = imitator_.stage();
+  saved_ = false;
   plan_seen_ = failure_told_ = false;
   decided_ = imitator_.decided() ? now : Time{};
   entered_ = now;
@@ -168,7 +172,9 @@ void CognitionNode::tell_changes(Time now) {
 
 /// The file is written beside the steps: a slow disk delays no decision.
 void CognitionNode::save_what_was_learned() {
-  const bool learned = imitator_.learned();
+  // Links that learn always have done so when the demonstration is over.
+  const bool learned =
+      imitator_.learned() || (learns_always_ && stage_ == Imitator::Stage::waiting);
   if (learned && !saved_ && !params_.save_links.empty() && !saving_.running()) {
     saving_.start(
         [path = params_.save_links, text = links_text(imitator_.ladder(), imitator_.bundles()),

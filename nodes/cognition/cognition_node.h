@@ -93,7 +93,8 @@ class CognitionNode {
   const Demonstration* proposed_ = nullptr;
   bool reported_ = false;  // this indecision
   bool doubted_ = false;   // in this demonstration
-  bool saved_ = false;
+  bool saved_ = true;
+  bool learns_always_ = false;                     // a link of the architecture
   runtime::Job<std::string> saving_;               // beside the steps; why it failed
   bool replaying_;                                 // a replay writes no file
   bool plan_seen_ = false, failure_told_ = false;  // for the present decision

@@ -129,6 +129,7 @@ void Imitator::observe(const Demonstration& observed, bool complete, double peri
   if (!observed.action() && !complete) {
     if (stage_ == Stage::waiting) return;
     ladder_.reset();
+    ladder_.recall(true);  // links that learn always do so in demonstrations alone
     stage_ = Stage::waiting;
     task_ = task_stimulus(ladder_.architecture(), expectation());
     seen_ = {};
@@ -206,7 +207,7 @@ void Imitator::answer(bool feasible) {
 void Imitator::begin_anew() {
   ladder_.reset();
   reasons_.reset();
-  onset_s_ = 0.0;
+  onset_s_ = considered_s_ = 0.0;
 }
 
 void Imitator::present() {
@@ -315,6 +316,7 @@ void Imitator::advance(double period_s, bool success) {
   }
   if (stage_ == Stage::considering) {
     considering_s_ += period_s;
+    considered_s_ += period_s;
     if (considering_s_ >= params_.rehearsal_s) {  // no answer: as if it had not asked
       task_ = task_stimulus(ladder_.architecture(), expectation());
       present();

@@ -124,7 +124,8 @@ class Imitator {
   bool decided() const { return stage_ == Stage::decided; }
   /// What carried the fields since the onset of the inputs.
   const Reasons& reasons() const { return reasons_; }
-  double deciding_s() const { return deciding_s_; }  ///< since the onset of the inputs [s]
+  /// Since the onset of the inputs, with the time of test plans [s].
+  double deciding_s() const { return considered_s_ + deciding_s_; }
   /// Why there is no decision; empty in other stages than `undecided`.
   const std::string& reason() const { return reason_; }
   /// Which symbol of this demonstration is not used, since it was seen with both values in turn;
@@ -160,7 +161,8 @@ class Imitator {
   Eigen::MatrixXd preselected_;
   std::vector<Demonstration> proposals_;
   std::size_t proposal_ = 0;
-  double considering_s_ = 0.0, onset_s_ = 0.0;
+  double considering_s_ = 0.0;  // waiting for the answer to one proposal
+  double considered_s_ = 0.0, onset_s_ = 0.0;
   Stage stage_ = Stage::waiting;
   Demonstration seen_, driving_;
   std::array<int, kSymbols> rank_{};  // when each symbol of seen_ appeared

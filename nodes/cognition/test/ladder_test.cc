@@ -9,6 +9,7 @@
 
 #include "common/error.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/cognition/links_node.h"
 #include "nodes/cognition/test/files.h"
 #include "nodes/cognition/test/wired.h"
 #include "nodes/cognition/trial.h"
@@ -185,6 +186,29 @@ TEST(Ladder, TransientFieldsOfAFileLearnASequence) {
     learns_a_chain<double>(dt_s);
     learns_a_chain<float>(dt_s);
   }
+}
+
+// Eq. 2.8 learns without a reward: what was saved on the way goes on as if it had never stopped.
+TEST(Ladder, SavedLinksThatLearnAlwaysGoOnWithTheSameBits) {
+  const PassingFile file("links.json");
+  const Architecture a = load_architecture("sequence_ladder.yaml");
+  const auto train = [](Ladder<float>& ladder) {
+    ladder.recall(false);
+    for (int trial = 0; trial < 5; ++trial) events(ladder, {0.0, 0.16, 0.32}, 1.0);
+    ladder.recall(true);
+    return links_text(ladder);
+  };
+  Ladder<float> whole(a), resumed(a);
+  const std::string learned = train(whole);
+  ASSERT_EQ(save_links(file.path, learned), "");
+  load_links(file.path, resumed);
+  EXPECT_EQ(links_text(resumed), learned);
+  const std::string more = train(whole);
+  EXPECT_NE(more, learned);
+  EXPECT_EQ(train(resumed), more);
+  const auto replay = events(whole, {0.0}, 1.0);
+  EXPECT_GT(replay[2], replay[1]);
+  EXPECT_EQ(events(resumed, {0.0}, 1.0), replay);
 }
 
 TEST(Ladder, AFileExtendsAnother) {
