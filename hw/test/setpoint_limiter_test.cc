@@ -201,6 +201,23 @@ TEST(Jerk, PassesWhatIsWithinTheLimits) {
   }
 }
 
+TEST(Jerk, CatchesUpWithAStreamThatTurns) {
+  Drawn d(1);
+  d.dt = kT, d.v_max = 1.5, d.a_max = 8.0, d.j_max = 200.0;
+  for (const double rate : {2.0, 3.0, 4.0}) {  // accelerations up to 3.2 rad/s²
+    for (const double ahead : {-0.4, 0.1, 0.4}) {
+      SetpointLimiter l = d.limiter();
+      int late = 0;
+      for (int k = 1; k < 1200; ++k) {
+        const double target = ahead + 0.2 * std::sin(rate * k * kT);
+        l.follow(std::span(&target, 1));
+        if (std::abs(l.position()[0] - target) > 1e-9) late = k;
+      }
+      EXPECT_LE(late * kT, 1.0) << rate << " " << ahead;
+    }
+  }
+}
+
 TEST(Jerk, DoesNotDelayAStop) {
   Drawn d(1);
   d.dt = kT, d.v_max = 2.0, d.a_max = 10.0, d.j_max = 50.0;
