@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "nodes/planner/smooth_path.h"
 #include "nodes/planner/tree_search.h"
@@ -72,13 +73,6 @@ Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::Vector
   return local;
 }
 
-std::string why_blocked(CollisionChecker& checker, std::span<const Eigen::VectorXd> goals) {
-  if (goals.empty()) return "no posture reaches the goal";
-  const auto contact = checker.contact(goals.front());
-  return "all " + std::to_string(goals.size()) + " postures at the goal are in collision, e.g. " +
-         contact.value_or("none at all");
-}
-
 }  // namespace
 
 Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
@@ -123,6 +117,26 @@ std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start) 
   return path;
 }
 
+std::string why_inhibited(CollisionChecker& checker, std::span<const Eigen::VectorXd> postures) {
+  std::map<std::string, std::pair<int, std::string>> by_obstacle;  // how often, the first contact
+  for (const auto& q : postures) {
+    const std::string contact = checker.contact(q).value_or("nothing touches");
+    const auto verb = contact.find(" touches ");
+    auto& [count, first] = by_obstacle[contact.substr(verb == std::string::npos ? 0 : verb)];
+    if (count++ == 0) first = contact;
+  }
+  std::string why = postures.size() == 1
+                        ? "the only one is inhibited"
+                        : "all " + std::to_string(postures.size()) + " are inhibited";
+  std::string before = ": ";
+  for (const auto& [obstacle, contacts] : by_obstacle) {
+    why += before + contacts.second;
+    if (by_obstacle.size() > 1) why += " (" + std::to_string(contacts.first) + ")";
+    before = "; ";
+  }
+  return why;
+}
+
 double path_length(std::span<const Eigen::VectorXd> waypoints) {
   double sum = 0.0;
   for (std::size_t i = 1; i < waypoints.size(); ++i)
@@ -146,13 +160,16 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
   for (std::size_t i = 0; i < goals.size(); ++i) {
     if (free[i + 1]) open.push_back(i);
   }
-  if (open.empty()) return tl::unexpected(Status{why_blocked(checker, goals)});
+  if (goals.empty()) return tl::unexpected(Status{"no posture reaches the goal"});
+  if (open.empty())
+    return tl::unexpected(Status{"of the postures at the goal " + why_inhibited(checker, goals)});
   std::stable_sort(open.begin(), open.end(), [&](std::size_t a, std::size_t b) {
     return (goals[a] - start).norm() < (goals[b] - start).norm();
   });
 
+  const auto stopped = [&] { return settings.stop && settings.stop(); };
   const auto certify = [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-    return checker.certify(a, b);
+    return !stopped() && checker.certify(a, b);
   };
   FoundPath found;
   for (std::size_t i = 0; i < std::min(kStraightTries, open.size()); ++i) {
@@ -169,7 +186,7 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
     std::vector<int> ends;
     for (const std::size_t i : open) ends.push_back(network.add(goals[i], 2 * settings.neighbours));
     int waves = settings.max_waves;
-    const std::vector<int> path = network.search(begin, ends, waves);
+    const std::vector<int> path = network.search(begin, ends, waves, settings.stop);
     found.waves = settings.max_waves - waves + 1;
     found.links_checked = network.links_checked();
     found.nodes = network.size();
@@ -178,9 +195,13 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
   if (found.waypoints.empty()) {
     std::vector<Eigen::VectorXd> ends;
     for (const std::size_t i : open) ends.push_back(goals[i]);
-    auto path = join_by_trees(checker, start, ends,
-                              {.max_branches = settings.max_branches, .seed = settings.seed});
-    if (!path) return tl::unexpected(Status{"no path within the allowed effort"});
+    auto path = join_by_trees(
+        checker, start, ends,
+        {.max_branches = settings.max_branches, .seed = settings.seed, .stop = settings.stop});
+    if (!path) {
+      return tl::unexpected(Status{stopped() ? "stopped before a path was found"
+                                             : "no path within the allowed effort"});
+    }
     found.waypoints = std::move(*path);
     found.by_trees = true;
   }
@@ -203,7 +224,7 @@ std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int
     const int goal =
         static_cast<int>(path.size()) - 1;  // the path's nodes are the first ones of the set
     int waves = settings.max_waves;
-    path = local.search(0, std::span(&goal, 1), waves);
+    path = local.search(0, std::span(&goal, 1), waves, settings.stop);
     if (path.empty()) break;
     const std::vector<Eigen::VectorXd> found = postures_of(local, path);
     if (path_length(found) < path_length(best)) best = found;
@@ -258,8 +279,9 @@ void Network::cut(int a, int b) {
   remove(b, a);
 }
 
-std::vector<int> Network::search(int start, std::span<const int> goals, int& waves) {
-  for (; waves > 0; --waves) {
+std::vector<int> Network::search(int start, std::span<const int> goals, int& waves,
+                                 const std::function<bool()>& stop) {
+  for (; waves > 0 && !(stop && stop()); --waves) {
     std::vector<int> path =
         follow_wave(links_, expand_wave(links_, inhibited_, node_cost_, start, goals), start);
     if (path.empty()) return {};

@@ -39,6 +39,9 @@ struct SearchSettings {
   int max_waves = 300;         ///< effort: each wave that fails costs one link [1]
   int max_branches = 50'000;   ///< effort of the trees where the network is torn [1]
   int shortcuts = 150;         ///< attempts to shorten the path [1]
+  /// Deadline or cancellation: asked between waves, branches and shortcuts, some microseconds
+  /// apart, or what a wave takes; once true, the search ends with the path that it has, or fails.
+  std::function<bool()> stop = nullptr;
   std::uint64_t seed = 1;
 };
 
@@ -65,6 +68,10 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
                                           std::span<const Eigen::VectorXd> goals,
                                           const PostureCost& cost, const SearchSettings& settings);
 
+/// Why none of these postures is free: "all 8 are inhibited: ball 12 (fore) touches the bridge",
+/// with a count for each obstacle if there are several.
+std::string why_inhibited(CollisionChecker& checker, std::span<const Eigen::VectorXd> postures);
+
 /// Σ |qᵢ₊₁ − qᵢ| [rad].
 double path_length(std::span<const Eigen::VectorXd> waypoints);
 
@@ -80,7 +87,8 @@ class Network {
   int add(const Eigen::VectorXd& q, int m);
   /// Waves and backward searches until every link of the path is certified; links that are not are
   /// cut. Empty if the wave does not arrive or `waves` are used up.
-  std::vector<int> search(int start, std::span<const int> goals, int& waves);
+  std::vector<int> search(int start, std::span<const int> goals, int& waves,
+                          const std::function<bool()>& stop = {});
 
   const Eigen::VectorXd& node(int i) const { return nodes_[static_cast<std::size_t>(i)]; }
   const std::vector<Link>& links(int i) const { return links_[static_cast<std::size_t>(i)]; }

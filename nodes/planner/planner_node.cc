@@ -197,7 +197,10 @@ void PlannerNode::step(runtime::Time now) {
   take_plan();
   sequence_.step({pointer(decided_), pointer(table_), pointer(arm_reading_), pointer(hand_reading_),
                   missing(now), periods_since_last(now)});
-  if (auto request = sequence_.take_request()) waiting_request_ = std::move(request);
+  if (auto request = sequence_.take_request()) {
+    waiting_request_ = std::move(request);
+    if (obsolete_) *obsolete_ = true;
+  }
   if (waiting_request_ && !job_.running()) {
     start_planning(*std::exchange(waiting_request_, std::nullopt));
   }
@@ -262,15 +265,19 @@ int PlannerNode::periods_since_last(runtime::Time now) {
 }
 
 void PlannerNode::start_planning(PlanRequest request) {
-  job_.start([arm = arm_, settings = settings_, known = roadmap_, request = std::move(request)] {
-    const auto begin = std::chrono::steady_clock::now();
-    const auto roadmap =
-        known ? refreshed_roadmap(known, arm, request.table, settings)
-              : std::make_shared<const Roadmap>(prepare_roadmap(arm, request.table, settings));
-    auto plan = plan_task(arm, request.table, *roadmap, request.start, request.task, settings);
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-    return Planned{roadmap, std::move(plan), spent.count()};
-  });
+  obsolete_ = std::make_shared<std::atomic<bool>>(false);
+  TaskSettings settings = settings_;
+  settings.search.stop = [obsolete = obsolete_] { return obsolete->load(); };
+  job_.start(
+      [arm = arm_, settings = std::move(settings), known = roadmap_, request = std::move(request)] {
+        const auto begin = std::chrono::steady_clock::now();
+        const auto roadmap =
+            known ? refreshed_roadmap(known, arm, request.table, settings)
+                  : std::make_shared<const Roadmap>(prepare_roadmap(arm, request.table, settings));
+        auto plan = plan_task(arm, request.table, *roadmap, request.start, request.task, settings);
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+        return Planned{roadmap, std::move(plan), spent.count()};
+      });
 }
 
 void PlannerNode::take_plan() {

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -127,7 +128,8 @@ class PlannerNode {
   TaskSequence sequence_;
   runtime::Job<Planned> job_;
   std::optional<PlanRequest> waiting_request_;
-  std::shared_ptr<const Roadmap> roadmap_;  // of the scene planned last
+  std::shared_ptr<std::atomic<bool>> obsolete_;  // nobody waits for the plan of the running job
+  std::shared_ptr<const Roadmap> roadmap_;       // of the scene planned last
   double compute_s_ = 0.0;
   bool undrawn_ = false;  // a plan that viewers have not got
 

@@ -1,5 +1,7 @@
 #include "nodes/planner/task_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -127,23 +129,35 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
   if (solutions.empty()) return tl::unexpected(Status{"no posture reaches " + what});
 
   std::vector<Hold> holds;
-  std::string contact;
+  Way in_contact;
+  std::size_t cannot_leave = 0, cannot_lift = 0;
   for (const auto& q : solutions) {
-    if (const auto touch = empty_handed.contact(q)) {
-      contact = *touch;
+    if (settings_.search.stop && settings_.search.stop())
+      return tl::unexpected(Status{"stopped before a plan was found"});
+    if (!empty_handed.free(q)) {
+      in_contact.push_back(q);
       continue;
     }
     if (held_.empty()) held_ = held_balls(q);
     CollisionChecker holding(arm_, carrying(true), settings_.margin_m);
     const Eigen::Vector3d back = -settings_.approach_m * kin::end_effector(arm_, q).linear().col(2);
     auto away = certified_way(q, back, empty_handed);
-    if (!away) continue;
     auto up = certified_way(q, Eigen::Vector3d(0.0, 0.0, settings_.lift_m), holding);
-    if (up) holds.push_back({q, std::move(*away), std::move(*up)});
+    cannot_leave += !away;
+    cannot_lift += !up;
+    if (away && up) holds.push_back({q, std::move(*away), std::move(*up)});
   }
   if (!holds.empty()) return holds;
-  if (contact.empty()) return tl::unexpected(Status{"no free straight way to " + what});
-  return tl::unexpected(Status{"no free posture at " + what + ", e.g. " + contact});
+  const std::size_t free = solutions.size() - in_contact.size();
+  if (free == 0)
+    return tl::unexpected(
+        Status{"no free posture at " + what + ": " + why_inhibited(empty_handed, in_contact)});
+  return tl::unexpected(
+      Status{fmt::format("{} of {} postures at {} are free, but the straight way to it ({:.0f} mm) "
+                         "fails at {} of them, "
+                         "the way up from it ({:.0f} mm) at {}",
+                         free, solutions.size(), what, 1e3 * settings_.approach_m, cannot_leave,
+                         1e3 * settings_.lift_m, cannot_lift)});
 }
 
 /// False if the motion cannot be stopped somewhere, however slow it is.

@@ -127,6 +127,7 @@ class Trees {
         arm_(checker.arm()),
         step_(settings.step_rad),
         most_(settings.max_branches),
+        stop_(settings.stop),
         unit_(settings.seed),
         start_(start),
         goals_(goals),
@@ -137,7 +138,7 @@ class Trees {
   /// A way by one posture only. Some of those that are tried are near the middle, some have each
   /// joint near where it starts or ends, some are anywhere.
   std::optional<Way> detour() {
-    for (; tried_ < std::min(kDetours, most_); ++tried_) {
+    for (; tried_ < std::min(kDetours, most_) && !stopped(); ++tried_) {
       const Eigen::VectorXd& goal = goals_[static_cast<std::size_t>(tried_) % goals_.size()];
       for (Eigen::Index j = 0; j < sample_.size(); ++j) {
         const double middle = 0.5 * (start_[j] + goal[j]), u = unit_();
@@ -168,7 +169,7 @@ class Trees {
     from_start_.add(start_, -1);
     for (const auto& goal : goals_) from_goals_.add(goal, -1);
     bool at_goals = false;  // whose turn it is
-    for (; tried_ < most_; ++tried_) {
+    for (; tried_ < most_ && !stopped(); ++tried_) {
       const int lead = from_start_.size() - from_goals_.size();
       at_goals = lead == 0 ? !at_goals : lead > 0;
       Tree &tree = at_goals ? from_goals_ : from_start_,
@@ -189,6 +190,7 @@ class Trees {
   }
 
  private:
+  bool stopped() const { return stop_ && stop_(); }
   bool certify_branch(Tree& tree, int i) {
     for (; tree.parent(i) >= 0; i = tree.parent(i)) {
       if (checker_.certify(tree.node(tree.parent(i)), tree.node(i))) continue;
@@ -237,6 +239,7 @@ class Trees {
   const kin::ArmModel& arm_;
   double step_;
   int most_;
+  const std::function<bool()>& stop_;
   Random unit_;
   const Eigen::VectorXd& start_;
   std::span<const Eigen::VectorXd> goals_;

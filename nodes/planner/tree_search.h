@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,6 +14,7 @@ struct TreeSettings {
   double step_rad = 2.0;      ///< longest branch that is tried at once [rad]
   int max_branches = 50'000;  ///< effort: branches tried [1]
   std::uint64_t seed = 1;
+  std::function<bool()> stop = nullptr;  ///< as SearchSettings::stop
 };
 
 /// Path of certified straight parts from `start` to one of `goals`: by one posture, if one of the

@@ -1,6 +1,9 @@
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+
 #include "common/model/files.h"
+#include "nodes/planner/bench/query_bench.h"
 #include "nodes/planner/path_search.h"
 #include "nodes/planner/roadmap.h"
 #include "nodes/planner/task_plan.h"
@@ -71,6 +74,77 @@ void wave(benchmark::State& state) {  // over the whole roadmap: the start is ne
   }
 }
 BENCHMARK(wave);
+
+/// The demo's roadmap and its table with the bridge moved by 1 mm to the side in each round.
+struct Moved {
+  Demo d = demo();
+  std::vector<CollisionChecker> checkers;
+  Moved() {
+    for (int i = 0; i < 20; ++i) {
+      for (auto& ball : d.obstacles.balls) ball.center.y() += 0.001;
+      checkers.emplace_back(d.arm, d.obstacles, d.settings.margin_m);
+    }
+  }
+};
+
+void moved_nodes(benchmark::State& state) {
+  Moved moved;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        moved.checkers[i++ % moved.checkers.size()].free_columns(moved.d.roadmap.nodes));
+  }
+  state.counters["nodes"] = static_cast<double>(moved.d.roadmap.nodes.cols());
+}
+BENCHMARK(moved_nodes)->Unit(benchmark::kMicrosecond);
+
+void moved_links(benchmark::State& state) {  // all of them certified anew
+  Moved moved;
+  std::size_t round = 0;
+  long links = 0, free = 0;
+  for (auto _ : state) {
+    CollisionChecker& checker = moved.checkers[round++ % moved.checkers.size()];
+    links = free = 0;
+    for (std::size_t i = 0; i < moved.d.roadmap.links.size(); ++i) {
+      for (const Link& link : moved.d.roadmap.links[i]) {
+        if (link.to < static_cast<int>(i)) continue;
+        ++links;
+        free += checker.certify(moved.d.roadmap.nodes.col(static_cast<Eigen::Index>(i)),
+                                moved.d.roadmap.nodes.col(link.to));
+      }
+    }
+  }
+  state.counters["links"] = static_cast<double>(links);
+  state.counters["free"] = static_cast<double>(free);
+}
+BENCHMARK(moved_links)->Unit(benchmark::kMillisecond);
+
+void moved_path(benchmark::State& state) {  // between nodes whose straight line is blocked
+  Moved moved;
+  const Eigen::Index n = moved.d.roadmap.nodes.cols();
+  Eigen::Index i = 0;
+  std::vector<double> us;
+  long found = 0;
+  for (auto _ : state) {
+    CollisionChecker* checker = nullptr;
+    Eigen::VectorXd start, goal;
+    do {
+      checker = &moved.checkers[static_cast<std::size_t>(++i) % moved.checkers.size()];
+      start = moved.d.roadmap.nodes.col(7 * i % n);
+      goal = moved.d.roadmap.nodes.col((13 * i + 5) % n);
+    } while (!checker->free(start) || !checker->free(goal) || checker->certify(start, goal));
+    const double begin_us = processor_us();
+    found += find_path(moved.d.roadmap, *checker, start, std::span(&goal, 1), {},
+                       {.online_refinements = 0, .shortcuts = 0})
+                 .has_value();
+    us.push_back(processor_us() - begin_us);
+  }
+  std::sort(us.begin(), us.end());
+  state.counters["median_us"] = us[us.size() / 2];
+  state.counters["p95_us"] = us[us.size() * 95 / 100];
+  state.counters["found"] = static_cast<double>(found) / static_cast<double>(us.size());
+}
+BENCHMARK(moved_path)->Iterations(1000)->Unit(benchmark::kMicrosecond);
 
 void roadmap(benchmark::State& state) {
   const Demo& d = demo();

@@ -34,17 +34,16 @@ struct Times {
   }
 };
 
-/// Time that this process has had a processor, all threads: what else runs costs nothing.
+void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
+BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
 double processor_us() {
   timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
 }
-
-void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
-BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
-
-}  // namespace
 
 Path plan_first_path(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
                      const Query& query) {

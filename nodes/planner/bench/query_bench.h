@@ -13,6 +13,9 @@ using Path = std::vector<Eigen::VectorXd>;
 using PlanQuery =
     std::function<Path(const kin::ArmModel&, const Obstacles&, double margin_m, const Query&)>;
 
+/// Time that this process has had a processor, all threads: what else runs costs nothing.
+double processor_us();
+
 /// First path by find_path without a roadmap.
 Path plan_first_path(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
                      const Query& query);

@@ -146,8 +146,13 @@ TEST(FindPath, SaysWhyThereIsNone) {
   };
   EXPECT_EQ(reason(inside, {above}).substr(0, 71),
             "the start posture is in collision: ball 15 (fore) touches the obstacle ");
-  EXPECT_EQ(reason(below, {inside, inside}).substr(0, 59),
-            "all 2 postures at the goal are in collision, e.g. ball 15 (");
+  EXPECT_EQ(reason(below, {inside, inside}),
+            "of the postures at the goal all 2 are inhibited: " + *checker.contact(inside));
+  const Eigen::VectorXd bent = Eigen::Vector2d(0.02, 0.05);
+  ASSERT_NE(checker.contact(bent), checker.contact(inside));
+  const std::string both = reason(below, {inside, bent, inside});
+  EXPECT_NE(both.find(*checker.contact(inside) + " (2)"), std::string::npos) << both;
+  EXPECT_NE(both.find(*checker.contact(bent) + " (1)"), std::string::npos) << both;
   EXPECT_EQ(reason(below, {}), "no posture reaches the goal");
 
   Obstacles cage;  // on both sides of the base, nearer than the elbow
@@ -161,6 +166,33 @@ TEST(FindPath, SaysWhyThereIsNone) {
       find_path(planar_roadmap(caged), caged, kBelow, goals, {}, {.max_branches = 2000});
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().reason, "no path within the allowed effort");
+}
+
+TEST(FindPath, EndsWhenItIsTold) {
+  const auto arm = planar_arm();
+  Obstacles cage;
+  for (double x = 0.45; x < 1.9; x += 0.05) {
+    cage.balls.push_back({{x, 0.1, 0.0}, 0.05});
+    cage.balls.push_back({{-x, 0.1, 0.0}, 0.05});
+  }
+  CollisionChecker checker(arm, cage, kPathMargin);
+  const std::vector<Eigen::VectorXd> goals{kAbove};
+  const Roadmap roadmap = planar_roadmap(checker);
+  for (const Roadmap& map : {Roadmap{}, roadmap}) {
+    int asked = 0;
+    long postures = 0, most = 0;  // since it was asked before
+    SearchSettings settings{.max_branches = 1'000'000'000};
+    settings.stop = [&] {
+      most = std::max(most, asked == 0 ? 0 : checker.postures_checked() - postures);
+      postures = checker.postures_checked();
+      return ++asked > 200;
+    };
+    const auto found = find_path(map, checker, kBelow, goals, {}, settings);
+    ASSERT_FALSE(found);
+    EXPECT_EQ(found.error().reason, "stopped before a path was found");
+    EXPECT_LE(checker.postures_checked() - postures, 0) << "nothing after it was told";
+    EXPECT_LE(most, 4000) << "asked often";
+  }
 }
 
 TEST(FindPath, TakesTheGoalThatCanBeReached) {

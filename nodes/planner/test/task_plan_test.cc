@@ -221,8 +221,19 @@ TEST(TaskPlan, CanBeStoppedByTheDrivesEverywhere) {
 TEST(TaskPlan, TellsWhatIsInTheWayOfOtherCombinations) {
   const auto above_low = demo().plan({Grip::precision, Transport::above, "low"});
   ASSERT_FALSE(above_low);
-  EXPECT_EQ(above_low.error().reason.substr(0, 46),
-            "no free posture at the low goal, e.g. ball 10 ");
+  EXPECT_NE(
+      above_low.error().reason.find(" postures at the low goal are free, but the straight way "),
+      std::string::npos)
+      << above_low.error().reason;
+  Demo far = demo();
+  far.settings.approach_m = 0.9;  // from beyond the reach of the arm
+  const auto approach = far.plan(kAboveHigh);
+  ASSERT_FALSE(approach);
+  EXPECT_NE(
+      approach.error().reason.find(" postures at the object are free, but the straight way to "
+                                   "it (900 mm) fails at "),
+      std::string::npos)
+      << approach.error().reason;
   const auto nowhere = demo().plan({Grip::full, Transport::below, "middle"});
   ASSERT_FALSE(nowhere);
   EXPECT_EQ(nowhere.error().reason, "the scene has no goal 'middle'");
