@@ -49,6 +49,7 @@ void ActionRecognizer::update(const Sight& sight) {
   if (stage_ == Stage::waiting && start_ && sight.object && !hand_away_ &&
       (*sight.object - *start_).norm() > limits_.moved_m) {
     stage_ = Stage::carried;
+    if (grip_.symbol.value == Grip::unknown) grip_.symbol = facing_.symbol;
   }
   if (stage_ == Stage::carried) {
     judge_transport(sight);
@@ -72,16 +73,29 @@ void ActionRecognizer::remember_start(const Sight& sight) {
   }
 }
 
+Grip ActionRecognizer::grip_at(double angle_rad) const {
+  const double beyond = angle_rad - std::numbers::pi / 4.0;
+  if (std::abs(beyond) < limits_.undecided_rad) return Grip::unknown;
+  return beyond > 0.0 ? Grip::full : Grip::precision;
+}
+
+/// The palm's own orientation decides; after three times as many pictures as it needs, or once the
+/// object moves, where the hand is.
 void ActionRecognizer::judge_grip(const Sight& sight) {
-  if (!angle_ || !start_ || (*sight.object - *start_).norm() > limits_.moved_m) return;
+  if (hand_away_ || !sight.palm || !sight.object || !start_ ||
+      (*sight.object - *start_).norm() > limits_.moved_m)
+    return;
   if (left_after_grip_) {  // only a grasp had been shown; this is the next demonstration
     grip_.clear();
+    facing_.clear();
+    near_ = 0;
     left_after_grip_ = false;
   }
-  const double beyond = *angle_ - std::numbers::pi / 4.0;
-  Grip grip = beyond > 0.0 ? Grip::full : Grip::precision;
-  if (std::abs(beyond) < limits_.undecided_rad) grip = Grip::unknown;
-  grip_.vote(grip, limits_.grip_votes, limits_.agreement);
+  if (angle_) grip_.vote(grip_at(*angle_), limits_.grip_votes, limits_.agreement);
+  if (sight.facing_angle_rad)
+    facing_.vote(grip_at(*sight.facing_angle_rad), limits_.grip_votes, limits_.agreement);
+  if (++near_ > 3 * limits_.grip_votes && grip_.symbol.value == Grip::unknown)
+    grip_.symbol = facing_.symbol;
 }
 
 void ActionRecognizer::judge_transport(const Sight& sight) {
@@ -136,6 +150,8 @@ bool ActionRecognizer::near_goal(const Vector2d& object, const Sight& sight) con
 void ActionRecognizer::restart() {
   stage_ = Stage::waiting;
   grip_.clear();
+  facing_.clear();
+  near_ = 0;
   transport_.clear();
   goal_.clear();
   color_.clear();

@@ -16,6 +16,8 @@ struct Sight {
   std::optional<Eigen::Vector2d> wrist;         ///< by the hand model
   /// Palm's normal against the vertical [rad]: 0 from above, π/2 from the side.
   std::optional<double> palm_angle_rad;
+  /// The same if the palm faces the object [rad]: for what the hand model leaves open.
+  std::optional<double> facing_angle_rad;
   std::optional<Eigen::Vector2d> bar;                  ///< middle of the bridge's bar
   std::optional<Eigen::Vector2d> goal_high, goal_low;  ///< where the object's centre would rest
   std::optional<double> object_luma;                   ///< 0..255, corrected for the light
@@ -103,6 +105,7 @@ class ActionRecognizer {
 
   void remember_start(const Sight& sight);
   void judge_grip(const Sight& sight);
+  Grip grip_at(double angle_rad) const;
   void judge_transport(const Sight& sight);
   void judge_goal(const Sight& sight);
   bool object_still(const Sight& sight);
@@ -111,7 +114,8 @@ class ActionRecognizer {
 
   RecognizerLimits limits_;
   Stage stage_ = Stage::waiting;
-  Ballot<Grip> grip_{Grip::precision, Grip::full};
+  Ballot<Grip> grip_{Grip::precision, Grip::full}, facing_ = grip_;
+  int near_ = 0;  ///< pictures of the hand near the object at its start
   Ballot<Transport> transport_{Transport::above, Transport::below};
   Ballot<Goal> goal_{Goal::high, Goal::low};
   Ballot<Color> color_{Color::light, Color::dark};

@@ -149,11 +149,11 @@ void TableWatcher::look_at_hand() {
 /// Grip and transport are read off the hand model until they are decided. Without it the palm is
 /// taken to face the object.
 void TableWatcher::follow_hand() {
-  if (!hand_) {
-    if (sight_.palm && sight_.object)
-      sight_.palm_angle_rad = palm_angle(*sight_.palm, *sight_.object, clearance_m_);
-    return;
-  }
+  sight_.facing_angle_rad.reset();
+  if (sight_.palm && sight_.object)
+    sight_.facing_angle_rad = palm_angle(*sight_.palm, *sight_.object, clearance_m_);
+  if (!hand_) sight_.palm_angle_rad = sight_.facing_angle_rad;
+  if (!hand_) return;
   if (!recognizer_.needs_hand()) return hand_->forget();
   if (!right_new_) return;
   hand_->follow(sight_.palm, recognizer_.grip().value == Grip::unknown);

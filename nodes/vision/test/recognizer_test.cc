@@ -46,6 +46,7 @@ class Stage : public ::testing::Test {
                .palm = {},
                .wrist = {},
                .palm_angle_rad = {},
+               .facing_angle_rad = {},
                .bar = Vector2d(0.0, 0.215),
                .goal_high = high_,
                .goal_low = low_,
@@ -162,6 +163,25 @@ TEST_F(Stage, AbstainsWhereTheHandModelSaysNothing) {
   }
   EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
   EXPECT_TRUE(recognizer_.needs_hand());
+}
+
+TEST_F(Stage, WhereTheHandIsTellsWhatTheModelLeavesOpen) {
+  show(start_, std::nullopt, 20);
+  const auto approach = [&](int pictures, double facing_rad) {
+    sight_.facing_angle_rad = facing_rad;
+    angle_ = 0.785;  // the model abstains
+    show(start_, start_ + from_side_, pictures);
+  };
+  approach(25, kFromSide);
+  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
+  show(start_ + Vector2d(0.0, 0.1), start_ + Vector2d(-0.07, 0.11), 1);
+  EXPECT_EQ(recognizer_.grip().value, Grip::full);
+}
+
+TEST_F(Stage, ThePalmOutvotesWhereTheHandIs) {
+  sight_.facing_angle_rad = kFromSide;
+  grasp(from_above_, 40);  // from above by the palm
+  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
 }
 
 TEST_F(Stage, TheWristDecidesBesideTheBridge) {
