@@ -84,12 +84,12 @@ bool CommandGate::runs_wild(std::span<const double> position_rad,
 
 std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> position_rad,
                                  const Reading& arm, std::span<const double> ahead) const {
-  if (stopped()) return emergency_;
-  if (!armed_) return kNotArmed;
   if (position_rad.size() != command_.size()) {
     return fmt::format("command for {} joints, the arm has {}", position_rad.size(),
                        command_.size());
   }
+  if (stopped()) return emergency_;
+  if (!armed_) return kNotArmed;
   if (!std::ranges::all_of(position_rad, [](double q) { return std::isfinite(q); })) {
     return "command holds a position that is not a finite number";
   }

@@ -219,7 +219,7 @@ void PlannerNode::read_inputs(runtime::Time now) {
         return q.size() == arm_.dof() && q.allFinite();
       };
       if (!std::ranges::all_of(preselected, fits)) {
-        if (unusable_.pass()) {
+        if (unlike_.pass()) {
           runtime::warn("decision: preselected postures of {} joints, expected {}; not used",
                         preselected.front().size(), arm_.dof());
         }

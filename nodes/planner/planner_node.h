@@ -136,7 +136,8 @@ class PlannerNode {
   std::optional<DecidedTask> decided_;
   std::optional<kin::Table> table_;
   std::optional<ArmReading> arm_reading_;
-  runtime::Throttle unusable_{std::chrono::seconds(1)}, waits_{std::chrono::seconds(1)};
+  runtime::Throttle unlike_{std::chrono::seconds(1)}, unusable_{std::chrono::seconds(1)},
+      waits_{std::chrono::seconds(1)};
   std::optional<HandReading> hand_reading_;
   v1::TaskStatus last_status_;
   runtime::Time status_due_{}, seen_due_{}, pose_due_{};

@@ -23,13 +23,15 @@ FIRST = [
     Mistake("topic of nobody", IMITATION, "in: {image: camera/image,", "in: {image: «camera/imagge,",
             "no node publishes 'camera/imagge'", "camera/image"),
     Mistake("input left out", IMITATION, "  cognition:\n    exec: mimesis_cognition\n    after: [recorder]\n"
-            "    params: {rate_hz: 100, practice: \"${arg:practised}\", rehearse: \"${arg:rehearse}\", save_links: \"${run:log}/links.json\",\n"
-            "      goals: \"${arg:goals}\", order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
-            "    in: {observation: vision/observation, task: planner/status, test_plan: rehearsal/status}",
+            "    params: {rate_hz: 100, architecture: \"${arg:ladder}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
+            "      save_links: \"${run:log}/links.json\", rehearse: \"${arg:rehearse}\", goals: \"${arg:goals}\",\n"
+            "      order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
+            "    in: {observation: vision/observation, task: planner/status, test_plan: rehearsal/status, goals: task/goals}",
             "  «cognition:\n    exec: mimesis_cognition\n    after: [recorder]\n"
-            "    params: {rate_hz: 100, practice: \"${arg:practised}\", rehearse: \"${arg:rehearse}\", save_links: \"${run:log}/links.json\",\n"
-            "      goals: \"${arg:goals}\", order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
-            "    in: {observation: vision/observation, test_plan: rehearsal/status}",
+            "    params: {rate_hz: 100, architecture: \"${arg:ladder}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
+            "      save_links: \"${run:log}/links.json\", rehearse: \"${arg:rehearse}\", goals: \"${arg:goals}\",\n"
+            "      order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
+            "    in: {observation: vision/observation, test_plan: rehearsal/status, goals: task/goals}",
             "input 'task' is left out", "planner/status"),
     Mistake("message of another type", IMITATION, "in: {image: camera/image,", "in: {image: «camera/truth,",
             "expected foxglove.RawImage", "camera/right"),
@@ -41,9 +43,9 @@ FIRST = [
             "no other node is on 'embedded:amr'", "embedded:arm"),
     Mistake("port of a known node", IMITATION, "in: {image: camera/image,", "in: {«imge: camera/image,",
             "no input 'imge'", "image"),
-    Mistake("absent robot file", IMITATION, "params: {robot: lwr4.yaml}", "params: {robot: «lwr5.yaml}",
+    Mistake("absent robot file", IMITATION, "params: {robot: lwr4.yaml, carr", "params: {robot: «lwr5.yaml, carr",
             "lwr5.yaml: no such file", "lwr4.yaml"),
-    Mistake("robot file of another kind", IMITATION, "params: {robot: lwr4.yaml}", "params: {robot: «biped.yaml}",
+    Mistake("robot file of another kind", IMITATION, "params: {robot: lwr4.yaml, carr", "params: {robot: «biped.yaml, carr",
             "expected an arm's file", "lwr4.yaml"),
     Mistake("value of a text argument", IMITATION, 'teacher: "${arg:teacher}"', 'teacher: «"${arg:teacher}"',
             "'abve' is neither 'above' nor 'below'", "above", ("--arg", "teacher=precision,abve,high")),

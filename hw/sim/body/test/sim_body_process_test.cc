@@ -47,7 +47,7 @@ class RobotProcess : public ::testing::Test {
     std::vector<std::string> arguments = buses();
     // Patience beyond the defaults: a busy machine must not stop the robot in a test about
     // something else.
-    for (const std::string set : {"robot=biped.yaml", "hand=", "silence_s=0.5",
+    for (const std::string set : {"robot=biped.yaml", "hand=", "arming=auto", "silence_s=0.5",
                                   "feedback_timeout_s=0.5", "start_tolerance_rad=0.05"}) {
       arguments.insert(arguments.end(), {"--set", set});
     }
