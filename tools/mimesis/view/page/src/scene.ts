@@ -14,8 +14,8 @@ const shared = new Set<THREE.BufferGeometry>([ball, box, rod, cone]);
 
 function surface(color: Rgba): THREE.Material {
   const { r, g, b, a } = color ?? { r: 0.7, g: 0.7, b: 0.7, a: 1 };
-  return new THREE.MeshStandardMaterial({
-    color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), roughness: 0.75,
+  return new THREE.MeshLambertMaterial({
+    color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace),
     transparent: a < 1, opacity: a, depthWrite: a >= 0.99,
   });
 }
@@ -74,7 +74,7 @@ function line(primitive: any): THREE.Object3D {
 function triangles(primitive: any): THREE.Object3D {
   const [geometry, coloured] = shape(primitive);
   geometry.computeVertexNormals();
-  const material = surface(coloured ? { r: 1, g: 1, b: 1, a: 1 } : primitive.color) as THREE.MeshStandardMaterial;
+  const material = surface(coloured ? { r: 1, g: 1, b: 1, a: 1 } : primitive.color) as THREE.MeshLambertMaterial;
   material.vertexColors = coloured;
   material.side = THREE.DoubleSide;
   return place(new THREE.Mesh(geometry, material), primitive.pose);
