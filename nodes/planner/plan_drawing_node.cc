@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "common/model/drawing.h"
 
 namespace mimesis::planner {

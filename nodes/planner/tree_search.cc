@@ -58,7 +58,8 @@ int nearest(const std::vector<Coordinate>& blocks, const Posture& q) {
   }
   int best = 0;
   for (int lane = 1; lane < kLanes; ++lane) {
-    if (std::pair(least[lane], block[lane]) < std::pair(least[best], block[best])) best = lane;
+    const float here = least[lane], there = least[best];
+    if (here < there || (here == there && block[lane] < block[best])) best = lane;
   }
   return kLanes * block[best] + best;
 }

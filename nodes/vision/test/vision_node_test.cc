@@ -101,7 +101,7 @@ TEST(VisionNode, ReadsACamerasYuyv) {
 TEST(VisionNode, WithholdsSymbolsBeforeTwoHands) {
   testing::Loopback bus;
   VisionNode node(params(), bus);
-  const auto seen = [&](std::vector<std::size_t> hands) {
+  const auto seen = [&](const std::vector<std::size_t>& hands) {
     foxglove::RawImage m = picture("bgr8");
     for (const std::size_t left : hands) {
       for (std::size_t v = 50; v < 90; ++v) {

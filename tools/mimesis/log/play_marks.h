@@ -16,7 +16,8 @@ class PlayMarks {
 
   /// Those found so far; at most kMost, then the rest of the log is left out.
   v1::PlayerMarks found() {
-    if (!reader_.joinable()) reader_ = std::jthread([this](std::stop_token stop) { read(stop); });
+    if (!reader_.joinable())
+      reader_ = std::jthread([this](const std::stop_token& stop) { read(stop); });
     const std::lock_guard lock(mutex_);
     return marks_;
   }

@@ -24,8 +24,7 @@ class Producer {
  public:
   /// @param topics of its messages that will be asked for
   Producer(const std::vector<OpenLog>& logs, const Life& life, const std::set<std::string>& topics)
-      : life_(life),
-        reader_(logs, life),
+      : reader_(logs, life),
         node_(
             "node '" + life.node() + "'",
             [&](int socket) {
@@ -66,7 +65,6 @@ class Producer {
     }
   }
 
-  const Life& life_;
   LifeReader reader_;
   TemporaryFolder folder_;
   PacketProcess node_;
