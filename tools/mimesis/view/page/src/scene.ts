@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Connection } from "./connection";
+import { Motions } from "./motions";
 
 const ROOT = "world";
 type Rgba = { r: number; g: number; b: number; a: number } | undefined;
@@ -161,6 +162,7 @@ export class Scene {
   private readonly watch: ResizeObserver;
   private readonly frames = new Map<string, THREE.Group>();
   private readonly entities = new Map<string, THREE.Group>(); // by topic and id
+  private readonly motions = new Motions();
   private dirty = true;
   private framed = false; // the camera has been turned to what is there
   private still = false; // draws on demand alone
@@ -231,7 +233,7 @@ export class Scene {
   /** A size of its own [px], and the camera [m], for pictures; none: all there is. */
   pose(width: number, height: number, camera: number[]) {
     this.framed = true;
-    this.still = true;
+    this.still = this.motions.atOnce = true;
     this.watch.disconnect();
     this.renderer.setPixelRatio(1);
     this.resize(width, height);
@@ -239,6 +241,7 @@ export class Scene {
   }
 
   picture(type: string): Promise<Blob> {
+    this.motions.advance(0);
     this.renderer.render(this.scene, this.camera);
     return new Promise((done) => this.canvas.toBlob((blob) => done(blob!), type, 0.95));
   }
@@ -263,13 +266,12 @@ export class Scene {
     if (!this.framed && this.entities.size > 0) (this.framed = true), setTimeout(() => this.look(), 300);
   }
 
-  move(transforms: any[]) {
+  move(transforms: any[], now = performance.now()) {
     for (const t of transforms) {
       const child = this.frame(t.childFrameId), parent = this.frame(t.parentFrameId || ROOT);
       if (child.parent !== parent && !this.below(parent, child)) parent.add(child);
-      child.position.set(t.translation?.x ?? 0, t.translation?.y ?? 0, t.translation?.z ?? 0);
-      const q = t.rotation;
-      if (q) child.quaternion.set(q.x, q.y, q.z, q.w);
+      const p = t.translation, q = t.rotation;
+      this.motions.send(child, new THREE.Vector3(p?.x ?? 0, p?.y ?? 0, p?.z ?? 0), q && new THREE.Quaternion(q.x, q.y, q.z, q.w), now);
     }
     this.dirty = true;
   }
@@ -304,7 +306,7 @@ export class Scene {
       const now = performance.now();
       if (now - since > 1000) (this.rate = (1000 * drawn) / (now - since)), (drawn = 0), (since = now);
       if (!this.dirty || this.still) return;
-      this.dirty = false;
+      this.dirty = this.motions.advance(now);
       ++drawn;
       this.renderer.render(this.scene, this.camera);
     };
