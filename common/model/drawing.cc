@@ -78,6 +78,15 @@ void add_ellipsoid(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
   fill(entity.add_spheres(), pose, axes, color);
 }
 
+void add_doubt(foxglove::SceneEntity& entity, const Eigen::Vector3d& center,
+               const Eigen::Matrix3d& covariance_m2, const Rgba& color) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance_m2);
+  Eigen::Isometry3d pose = at(center);
+  pose.linear() = axes.eigenvectors();
+  if (pose.linear().determinant() < 0.0) pose.linear().col(0) *= -1.0;
+  add_ellipsoid(entity, pose, 6.0 * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt(), color);
+}
+
 void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              double radius, const Rgba& color) {
   const double length = (to - from).norm();

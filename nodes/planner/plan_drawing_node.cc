@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 
 #include "common/model/drawing.h"
 
@@ -27,14 +27,9 @@ void add_doubt(foxglove::SceneEntity& entity, const Vector3d& center,
   for (int row = 0, k = 0; row < 3; ++row) {
     for (int column = 0; column <= row; ++column) L(row, column) = spread_m[k++];
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(L * L.transpose());
-  Eigen::Isometry3d X(Eigen::Translation3d{center});
-  X.linear() = axes.eigenvectors();
-  if (X.linear().determinant() < 0.0) X.linear().col(0) *= -1.0;
-  const Vector3d deviation = axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  model::add_ellipsoid(entity, X, 6.0 * deviation, kDoubt);
+  model::add_doubt(entity, center, L * L.transpose(), kDoubt);
   model::add_label(entity, center + Vector3d(0.0, 0.0, 2.0 * kLabel_m), 0.7 * kLabel_m,
-                   fmt::format("±{:.1f} mm", 1e3 * deviation.maxCoeff()), kText);
+                   fmt::format("±{:.1f} mm", 1e3 * L.jacobiSvd().singularValues()(0)), kText);
 }
 
 }  // namespace

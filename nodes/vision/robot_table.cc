@@ -22,12 +22,7 @@ double worst_sigma(const Thing& thing) {
 
 class Converter {
  public:
-  explicit Converter(const RobotTableSetup& setup) : setup_(setup) {
-    Matrix3d R_WT;  // x, y, z of T are y, z, x of W
-    R_WT << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-    X_WT_.linear() = Eigen::AngleAxisd(setup.yaw_rad, Vector3d::UnitZ()).toRotationMatrix() * R_WT;
-    X_WT_.translation() = Vector3d::Map(setup.origin_m.data());
-  }
+  explicit Converter(const RobotTableSetup& setup) : setup_(setup), X_WT_(table_in_world(setup)) {}
 
   Vector3d point(const Vector3d& p_T) const { return X_WT_ * p_T; }
   Matrix3d covariance(const Matrix3d& c_T) const {
@@ -65,10 +60,18 @@ class Converter {
 
  private:
   const RobotTableSetup& setup_;
-  Eigen::Isometry3d X_WT_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_WT_;
 };
 
 }  // namespace
+
+Eigen::Isometry3d table_in_world(const RobotTableSetup& setup) {
+  Matrix3d R_WT;  // x, y, z of T are y, z, x of W
+  R_WT << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  Eigen::Isometry3d X_WT(Eigen::Translation3d(Vector3d::Map(setup.origin_m.data())));
+  X_WT.linear() = Eigen::AngleAxisd(setup.yaw_rad, Vector3d::UnitZ()).toRotationMatrix() * R_WT;
+  return X_WT;
+}
 
 tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
                                             bool stays_alone) {

@@ -41,6 +41,9 @@ struct RobotTableSetup {
   }
 };
 
+/// Frame T in W.
+Eigen::Isometry3d table_in_world(const RobotTableSetup& setup);
+
 /// The robot's table as it was seen, and how well its places are known.
 struct SeenTable {
   kin::Table table;

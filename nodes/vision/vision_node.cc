@@ -7,9 +7,11 @@
 #include <string>
 #include <string_view>
 
+#include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "nodes/vision/files/colors_file.h"
+#include "nodes/vision/sight_drawing_node.h"
 
 namespace mimesis::vision {
 namespace {
@@ -17,20 +19,7 @@ namespace {
 constexpr std::array<Kind, 5> kTracked{Kind::hand, Kind::object, Kind::bridge, Kind::goal_high,
                                        Kind::goal_low};
 
-struct Rgb {
-  double r, g, b;
-};
-constexpr std::array<Rgb, kKinds> kColors{
-    {{0, 0, 0}, {1, 0.55, 0.35}, {0.2, 0.9, 0.3}, {0.3, 0.5, 1}, {1, 0.9, 0.2}, {0.9, 0.3, 0.9}}};
-
-template <class Color>
-void paint(Kind kind, Color* color) {
-  const Rgb& c = kColors[static_cast<std::size_t>(kind)];
-  color->set_r(c.r);
-  color->set_g(c.g);
-  color->set_b(c.b);
-  color->set_a(1.0);
-}
+void paint(Kind kind, foxglove::Color* color) { model::set(color_of(kind), *color); }
 
 /// Enumerations here and in the messages have the same numbers: unknown = UNSPECIFIED = 0.
 template <class Message, class T>
@@ -306,7 +295,8 @@ VisionNode::VisionNode(const Params& params, const std::optional<image::Rig>& ri
       observation_(bus, "observation"),
       scene_(bus, "scene"),
       table_out_(bus, "table", {.latched = true}),
-      annotations_(bus, "annotations") {
+      annotations_(bus, "annotations"),
+      seen_(bus, "seen") {
   if (rig && rig_days_ > 0) calibrated_day_ = model::day_number(rig->date);
 }
 
@@ -475,6 +465,8 @@ void VisionNode::look(const foxglove::RawImage& left) {
   publish(looked_);
 }
 
+constexpr std::chrono::milliseconds kSeenPeriod{80};  // of drawings
+
 void VisionNode::publish(runtime::Time stamp) {
   auto blobs = blobs_message(*watcher_);
   blobs_.send(blobs, stamp);
@@ -490,6 +482,11 @@ void VisionNode::publish(runtime::Time stamp) {
   annotations_.send(annotations, stamp);
   const StereoScene* stereo = watcher_->stereo();
   if (stereo == nullptr) return;
+  if (stamp >= seen_due_) {
+    seen_due_ = stamp + kSeenPeriod;
+    auto seen = draw_sight(*watcher_, table_in_world(table_setup_), stamp);
+    seen_.send(seen, stamp);
+  }
   for (const std::string& change : stereo->changes()) runtime::info("{}", change);
   if (stereo->goals().size() != 1) alone_since_ = stamp;
   // The same table as long as nothing changes: whoever plans by it would plan anew.

@@ -5,6 +5,7 @@
 #include "nodes/vision/robot_table.h"
 #include "nodes/vision/table_watcher.h"
 #include "proto/foxglove/image.pb.h"
+#include "proto/foxglove/scene.pb.h"
 #include "proto/scene.pb.h"
 #include "proto/vision.pb.h"
 
@@ -93,6 +94,8 @@ class VisionNode {
   runtime::Out<v1::TeacherScene> scene_;
   runtime::Out<v1::Scene> table_out_;
   runtime::Out<foxglove::ImageAnnotations> annotations_;
+  runtime::Out<foxglove::SceneUpdate> seen_;
+  runtime::Time seen_due_{};
 };
 
 }  // namespace mimesis::vision

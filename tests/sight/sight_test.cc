@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <random>
 
 #include "nodes/camera/random_scene.h"
+#include "nodes/vision/robot_table.h"
+#include "nodes/vision/sight_drawing_node.h"
 #include "tests/sight/demonstration.h"
 
 namespace mimesis {
@@ -255,6 +258,21 @@ TEST(Sight, TwoCamerasFollowTheHandItself) {
     const double angle = std::acos(-truth.palm_normal.normalized().y());
     EXPECT_NEAR(hand.palm_angle_rad, angle, 0.3) << full;
     EXPECT_EQ(watcher.action().grip().value, full ? vision::Grip::full : vision::Grip::precision);
+    // Drawn where it is, on a table that stands turned and elsewhere.
+    vision::RobotTableSetup table;
+    table.origin_m = {1.7, 0.2, -0.01};
+    table.yaw_rad = 2.0;
+    const Eigen::Isometry3d X_WT = vision::table_in_world(table);
+    const auto drawn = vision::draw_sight(watcher, X_WT, std::chrono::seconds(3));
+    ASSERT_EQ(drawn.entities_size(), 2);
+    EXPECT_EQ(drawn.entities(1).id(), "hand");
+    EXPECT_GT(drawn.entities(1).spheres_size(), 15);
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const auto& ball : drawn.entities(1).spheres()) {
+      const auto& p = ball.pose().position();
+      middle += Eigen::Vector3d(p.x(), p.y(), p.z()) / drawn.entities(1).spheres_size();
+    }
+    EXPECT_LT((middle - X_WT * hand.palm).norm(), 0.08) << full;
   }
 }
 

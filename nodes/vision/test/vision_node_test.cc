@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 
 #include "common/error.h"
 #include "common/model/rig_file.h"
@@ -269,7 +270,10 @@ foxglove::RawImage picture_of_cylinder(int side) {
 
 TEST(VisionStereo, MeasuresThingsFromPairsOfOneTimeOnly) {
   testing::Loopback bus;
-  VisionNode node(params(), bus);
+  VisionParams p = params();
+  p.table.origin_m = {1.0, 2.0, 3.0};
+  p.table.yaw_rad = std::numbers::pi;
+  VisionNode node(p, bus);
   bus.send("rig", rig_message(), 0s);
   std::optional<v1::TeacherScene> scene;
   runtime::Time now = 1s;
@@ -290,6 +294,16 @@ TEST(VisionStereo, MeasuresThingsFromPairsOfOneTimeOnly) {
   EXPECT_NEAR(thing.center_in_table_m().z_m(), 0.0, 0.01);
   ASSERT_EQ(thing.spread_m_size(), 6);
   EXPECT_GT(thing.spread_m(5), 0.0);
+  // Drawn in W: x, y, z of T are its y, z, x, here turned by half a turn.
+  const auto seen = bus.take_last<foxglove::SceneUpdate>("seen");
+  ASSERT_TRUE(seen);
+  ASSERT_EQ(seen->entities(0).cylinders_size(), 1);
+  const auto& drawn = seen->entities(0).cylinders(0);
+  EXPECT_NEAR(drawn.pose().position().x(), 1.0, 0.01);
+  EXPECT_NEAR(drawn.pose().position().y(), 2.1, 0.005);
+  EXPECT_NEAR(drawn.pose().position().z(), 3.045, 0.005);
+  const double* spread = thing.spread_m().data();  // its largest deviation is at least each row's
+  EXPECT_GE(seen->entities(0).spheres(0).size().z() + 1e-12, 6.0 * std::abs(spread[5]));
   EXPECT_FALSE(show(10ms));  // it may still come
   node.step(now + 100ms);    // it did not
   EXPECT_TRUE(bus.take_last<v1::TeacherScene>("scene"));

@@ -27,7 +27,7 @@ test("what the user changes stays with its layout alone, until it is reset", () 
   expect(layouts.hidden.value).toEqual(["planner/seen"]);
   expect(layouts.tab.value).toBe("Log");
   layouts.choose(arm!, true);
-  expect(layouts.hidden.value).toEqual([]);
+  expect(layouts.hidden.value).toEqual(arm!.hidden);
   expect(layouts.tab.value).toBe("Images");
 });
 

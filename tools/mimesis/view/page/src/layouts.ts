@@ -10,7 +10,7 @@ const AROUND = [2.4, -2.8, 1.7, 0.6, 0, 0.6];
 
 /** The first whose topic is sent fits. */
 export const LAYOUTS: Layout[] = [
-  { name: "Imitation", topic: "planner/plan", tab: "Images", camera: [1.45, -1.15, 0.85, 0.37, 0.03, 0.25], hidden: [],
+  { name: "Imitation", topic: "planner/plan", tab: "Images", camera: [1.45, -1.15, 0.85, 0.37, 0.03, 0.25], hidden: ["robot_vision/seen"], // as planner/seen
     curves: along("bridge/arm", ...[0, 1, 2, 3, 4, 5, 6].map((j) => `position_rad[${j}]`)) },
   { name: "Drawer", topic: "sim_body/drawer", tab: "Plots", camera: AROUND, hidden: [],
     curves: [...along("walker/balance", "zmp_measured_in_world_m.y_m", "zmp_planned_in_world_m.y_m"), ...along("sim_body/drawer", "opened_m")] },
