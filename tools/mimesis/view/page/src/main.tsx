@@ -18,7 +18,7 @@ function Stage() {
   const [error, setError] = useState("");
   useEffect(() => {
     try {
-      scene.current = new Scene(canvas.current!);
+      scene.current = new Scene(canvas.current!, query.has("film"));
       (window as any).mimesisScene = scene.current; // for tests and the console
     } catch (e) {
       setError(`no 3-D here: ${e instanceof Error ? e.message : e}`);

@@ -3,13 +3,15 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Connection } from "./connection";
 import { Motions } from "./motions";
+import { RATIOS, Resolution } from "./resolution";
 
 const ROOT = "world";
+const RESTS_MS = 250; // nothing moves for so long: drawn once more, at the finest
 type Rgba = { r: number; g: number; b: number; a: number } | undefined;
 
-const ball = new THREE.SphereGeometry(0.5, 24, 16);
+const ball = new THREE.SphereGeometry(0.5, 20, 12);
 const box = new THREE.BoxGeometry(1, 1, 1);
-const rod = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2); // along z
+const rod = new THREE.CylinderGeometry(0.5, 0.5, 1, 20).rotateX(Math.PI / 2); // along z
 const cone = new THREE.ConeGeometry(0.5, 1, 24).rotateZ(-Math.PI / 2); // along x
 const shared = new Set<THREE.BufferGeometry>([ball, box, rod, cone]);
 
@@ -147,8 +149,7 @@ function dispose(object: THREE.Object3D) {
   object.traverse((o: any) => {
     if (o.geometry && !shared.has(o.geometry) && !o.isSprite) o.geometry.dispose();
     if (o.isInstancedMesh) o.dispose();
-    o.material?.map?.dispose();
-    o.material?.dispose();
+    o.material?.map?.dispose(); // the material holds a program alone, which would be compiled again for the next message
   });
 }
 
@@ -163,15 +164,17 @@ export class Scene {
   private readonly frames = new Map<string, THREE.Group>();
   private readonly entities = new Map<string, THREE.Group>(); // by topic and id
   private readonly motions = new Motions();
+  private readonly resolution = new Resolution();
   private dirty = true;
   private framed = false; // the camera has been turned to what is there
+  private aimed = false; // somebody has said where to look from
   private still = false; // draws on demand alone
   /** Pictures drawn in the last second. */
   rate = 0;
 
-  constructor(private readonly canvas: HTMLCanvasElement) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+  /** `film`: pictures of one size, with smooth edges; else edges are smooth where more pixels are drawn than shown. */
+  constructor(private readonly canvas: HTMLCanvasElement, film = false) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: film, preserveDrawingBuffer: true });
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(2.6, -2.2, 1.7);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -211,7 +214,7 @@ export class Scene {
 
   /** Eye and what it looks at [m]. */
   aim(camera: number[]) {
-    this.framed = true;
+    this.framed = this.aimed = true;
     this.camera.position.fromArray(camera);
     this.controls.target.fromArray(camera, 3);
     this.controls.update();
@@ -263,7 +266,7 @@ export class Scene {
       this.entities.set(key, group);
     }
     this.dirty = true;
-    if (!this.framed && this.entities.size > 0) (this.framed = true), setTimeout(() => this.look(), 300);
+    if (!this.framed && this.entities.size > 0) (this.framed = true), setTimeout(() => this.aimed || this.look(), 300);
   }
 
   move(transforms: any[], now = performance.now()) {
@@ -300,14 +303,20 @@ export class Scene {
   }
 
   private loop() {
-    let drawn = 0, since = performance.now();
+    let drawn = 0, since = performance.now(), last = since, moving = false;
     const draw = () => {
       requestAnimationFrame(draw);
       const now = performance.now();
       if (now - since > 1000) (this.rate = (1000 * drawn) / (now - since)), (drawn = 0), (since = now);
-      if (!this.dirty || this.still) return;
+      if (this.still) return;
+      if (moving && this.dirty) this.resolution.drawn(now - last, now); // two pictures in a row
+      const rests = !this.dirty && now - last > RESTS_MS;
+      moving = this.dirty;
+      const ratio = rests ? RATIOS[0]! : this.resolution.ratio;
+      if (!this.dirty && (!rests || ratio === this.renderer.getPixelRatio())) return;
+      if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
+      if (this.dirty) (last = now), ++drawn;
       this.dirty = this.motions.advance(now);
-      ++drawn;
       this.renderer.render(this.scene, this.camera);
     };
     draw();

@@ -1,0 +1,29 @@
+import { expect, test } from "vitest";
+import { RATIOS, Resolution } from "./resolution";
+
+/** Draws for `seconds` on a machine that needs `perPixel` ms for a picture of ratio 1; the display shows 60 a second. */
+function run(resolution: Resolution, perPixel: number, seconds: number, begin = 0): { now: number; changes: number } {
+  let now = begin, changes = 0;
+  while (now < begin + 1000 * seconds) {
+    const took = Math.max(1000 / 60, perPixel * resolution.ratio ** 2);
+    now += took;
+    if (resolution.drawn(took, now)) ++changes;
+  }
+  return { now, changes };
+}
+
+test("a fast machine draws at the finest, a slow one as finely as it can", () => {
+  for (const [perPixel, ratio] of [[1, 2], [8, 1.4], [15, 1], [30, 0.7], [60, 0.5], [500, 0.5]] as const) {
+    const resolution = new Resolution();
+    run(resolution, perPixel, 29);
+    expect(resolution.ratio, `${perPixel} ms`).toBe(ratio);
+  }
+});
+
+test("it does not waver, and tries again what was too slow", () => {
+  const resolution = new Resolution();
+  const first = run(resolution, 15, 29);
+  expect(first.changes).toBeLessThanOrEqual(2); // tries finer once
+  run(resolution, 1, 60, first.now);
+  expect(resolution.ratio).toBe(RATIOS[0]);
+});
