@@ -6,7 +6,7 @@ const fs = require("fs");
 
 const [bin, launch, executablePath, pictures] = process.argv.slice(2);
 const scenarios = [
-  { file: "imitation", layout: "Imitation", topics: ["planner/robot", "planner/plan", "world/entities"] },
+  { file: "imitation", layout: "Imitation", topics: ["planner/robot", "planner/plan", "world/entities", "vision/seen"] },
   { file: "biped", layout: "Biped", topics: ["sim_body/entities", "walker/plan"] },
   { file: "drawer", layout: "Drawer", topics: ["sim_body/entities", "walker/plan"] },
   { file: "crowd", layout: "Crowd", topics: ["crowd/scene"] },
@@ -28,7 +28,7 @@ async function look(browser, { file, layout, topics }) {
   await page.waitForFunction((l) => document.querySelector("header select")?.value === l, layout).catch(() => wrong.push(`layout is not ${layout}`));
   const interactive = Date.now() - begin;
   const missing = () => page.evaluate((all) => all.filter((t) => ![...mimesisScene.entities.keys()].some((k) => k.startsWith(t))), topics);
-  for (let i = 0; i < 50 && (await missing()).length; ++i) await page.waitForTimeout(100);
+  for (let i = 0; i < 150 && (await missing()).length; ++i) await page.waitForTimeout(100);
   for (const topic of await missing()) wrong.push(`${topic} is not drawn`);
   const rates = [];
   for (let i = 0; i < 6; ++i) await page.waitForTimeout(500), rates.push(await page.evaluate(() => mimesisScene.rate));

@@ -3,14 +3,14 @@ import { effect, signal } from "@preact/signals";
 
 export type Curve = { topic: string; path: string };
 type Kept = { tab: string; curves: Curve[]; hidden: string[] };
-export type Layout = Kept & { name: string; /** A graph that sends this has it. */ topic: string; /** Eye and what it looks at [m]; empty: all there is. */ camera: number[] };
+export type Layout = Kept & { name: string; /** A graph that sends this has it. */ topic: string; /** Eye and what it looks at [m]; empty: all there is. */ camera: number[]; /** A topic: the camera goes along with what it draws. */ accompany?: string };
 
 const along = (topic: string, ...paths: string[]): Curve[] => paths.map((path) => ({ topic, path }));
 const AROUND = [2.4, -2.8, 1.7, 0.6, 0, 0.6];
 
 /** The first whose topic is sent fits. */
 export const LAYOUTS: Layout[] = [
-  { name: "Imitation", topic: "planner/plan", tab: "Images", camera: [1.45, -1.15, 0.85, 0.37, 0.03, 0.25], hidden: ["robot_vision/seen"], // as planner/seen
+  { name: "Imitation", topic: "planner/plan", tab: "Images", camera: [1.0, -2.3, 1.35, 0.95, 0.1, 0.15], hidden: ["robot_vision/seen"], // as planner/seen
     curves: along("bridge/arm", ...[0, 1, 2, 3, 4, 5, 6].map((j) => `position_rad[${j}]`)) },
   { name: "Drawer", topic: "sim_body/drawer", tab: "Plots", camera: AROUND, hidden: [],
     curves: [...along("walker/balance", "zmp_measured_in_world_m.y_m", "zmp_planned_in_world_m.y_m"), ...along("sim_body/drawer", "opened_m")] },
@@ -18,7 +18,7 @@ export const LAYOUTS: Layout[] = [
     curves: along("walker/balance", "zmp_measured_in_world_m.y_m", "zmp_planned_in_world_m.y_m", "com_measured_in_world_m.y_m", "com_planned_in_world_m.y_m") },
   { name: "Crowd", topic: "crowd/scene", tab: "Plots", camera: [], hidden: [],
     curves: along("crowd/certificate", "guarantees[0].disorder", "guarantees[0].measured_rate_1_s", "guarantees[0].guaranteed_rate_1_s") },
-  { name: "Walk", topic: "synthesizer/figures", tab: "Plots", camera: AROUND, hidden: [],
+  { name: "Walk", topic: "synthesizer/figures", accompany: "synthesizer/figures", tab: "Plots", camera: AROUND, hidden: [],
     curves: along("synthesizer/motion", "velocity_forward_m_s", "phase_rate_rad_s") },
   { name: "Any", topic: "", tab: "Nodes", camera: [], hidden: [], curves: [] },
 ];

@@ -28,7 +28,10 @@ function Stage() {
   useEffect(() => scene.current?.follow(connection), [channels]);
   const drawn = [...channels.values()].filter((c) => c.schemaName === "foxglove.SceneUpdate").map((c) => c.topic).sort();
   useEffect(() => scene.current?.hide(hidden.value), [hidden.value]);
-  useEffect(() => { if (layout.value?.camera.length) scene.current?.aim(layout.value.camera); }, [layout.value]);
+  useEffect(() => {
+    if (layout.value?.camera.length) scene.current?.aim(layout.value.camera);
+    scene.current?.accompany(layout.value?.accompany ?? "");
+  }, [layout.value]);
   const show = (topic: string, shown: boolean) => (hidden.value = shown ? hidden.value.filter((t) => t !== topic) : [...hidden.value, topic]);
   useEffect(() => { if (query.has("film") && scene.current) film(connection, scene.current, query); }, []);
   return (

@@ -1,11 +1,11 @@
 import { expect, test } from "vitest";
 import { RATIOS, Resolution } from "./resolution";
 
-/** Draws for `seconds` on a machine that needs `perPixel` ms for a picture of ratio 1; the display shows 60 a second. */
-function run(resolution: Resolution, perPixel: number, seconds: number, begin = 0): { now: number; changes: number } {
+/** Draws for `seconds` on a machine that needs `perPixel` ms for a picture of ratio 1 and `other` for the rest; 60 a second are shown. */
+function run(resolution: Resolution, perPixel: number, seconds: number, begin = 0, other = 0): { now: number; changes: number } {
   let now = begin, changes = 0;
   while (now < begin + 1000 * seconds) {
-    const took = Math.max(1000 / 60, perPixel * resolution.ratio ** 2);
+    const took = Math.max(1000 / 60, other + perPixel * resolution.ratio ** 2);
     now += took;
     if (resolution.drawn(took, now)) ++changes;
   }
@@ -26,4 +26,11 @@ test("it does not waver, and tries again what was too slow", () => {
   expect(first.changes).toBeLessThanOrEqual(2); // tries finer once
   run(resolution, 1, 60, first.now);
   expect(resolution.ratio).toBe(RATIOS[0]);
+});
+
+test("what does not depend on the pixels does not cost any", () => {
+  const resolution = new Resolution();
+  const { changes } = run(resolution, 1, 29, 0, 40);
+  expect(resolution.ratio).toBe(1);
+  expect(changes).toBe(2);
 });

@@ -3,7 +3,7 @@
 
 /** Pixels of the picture per CSS pixel, finest first; 2 smooths edges on plain displays. */
 export const RATIOS = [2, 1.4, 1, 0.7, 0.5];
-const SLOW = 21, FAST = 18; // mean time of a picture [ms]
+const SLOW = 18, FAST = 17.5; // mean time of a picture [ms]
 const PICTURES = 6, // that are averaged
   STEADY = 120, // fast ones in a row before finer is tried
   WARNED = 30_000; // so long nothing is tried that was too slow [ms]
@@ -13,6 +13,8 @@ export class Resolution {
   private sum = 0;
   private count = 0;
   private steady = 0;
+  private slow = 0; // mean time before the last step to coarser, until it has helped [ms]
+  private held = -Infinity; // until then the pixels are not what takes the time [ms]
   private readonly failed = RATIOS.map(() => -Infinity); // when a level was too slow [ms]
 
   get ratio(): number {
@@ -25,8 +27,16 @@ export class Resolution {
     if (++this.count < PICTURES) return false;
     const mean = this.sum / this.count;
     this.sum = this.count = 0;
+    if (this.slow > 0 && mean > 0.95 * this.slow) {
+      this.slow = 0;
+      this.held = now + WARNED;
+      --this.level;
+      return true;
+    }
+    this.slow = 0;
     this.steady = mean < FAST ? this.steady + PICTURES : 0;
-    if (mean > SLOW && this.level + 1 < RATIOS.length) {
+    if (mean > SLOW && this.level + 1 < RATIOS.length && now > this.held) {
+      this.slow = mean;
       this.failed[this.level++] = now;
       return true;
     }

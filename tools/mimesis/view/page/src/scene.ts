@@ -165,6 +165,8 @@ export class Scene {
   private readonly entities = new Map<string, THREE.Group>(); // by topic and id
   private readonly motions = new Motions();
   private readonly resolution = new Resolution();
+  private accompanied = "";
+  private middle: THREE.Vector3 | undefined; // of what is accompanied, on the ground
   private dirty = true;
   private framed = false; // the camera has been turned to what is there
   private aimed = false; // somebody has said where to look from
@@ -203,6 +205,24 @@ export class Scene {
       if (channel.schemaName === "foxglove.FrameTransforms")
         this.topics.set(topic, connection.listen(topic, (m) => this.move(m.transforms)));
     }
+  }
+
+  /** The camera goes along, over the ground, with what this topic draws; empty: stands. */
+  accompany(topic: string) {
+    this.accompanied = topic;
+    this.middle = undefined;
+  }
+
+  private goAlong() {
+    const bounds = new THREE.Box3();
+    for (const [key, entity] of this.entities) if (key.startsWith(`${this.accompanied}\n`)) bounds.expandByObject(entity);
+    if (bounds.isEmpty()) return;
+    const middle = bounds.getCenter(new THREE.Vector3()).setZ(0);
+    const way = middle.clone().sub(this.middle ?? this.controls.target).setZ(0);
+    this.middle = middle;
+    this.camera.position.add(way);
+    this.controls.target.add(way);
+    this.controls.update();
   }
 
   /** Shows all topics but these. */
@@ -266,6 +286,7 @@ export class Scene {
       this.entities.set(key, group);
     }
     this.dirty = true;
+    if (topic === this.accompanied) this.goAlong();
     if (!this.framed && this.entities.size > 0) (this.framed = true), setTimeout(() => this.aimed || this.look(), 300);
   }
 
