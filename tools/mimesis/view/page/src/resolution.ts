@@ -6,6 +6,7 @@ export const RATIOS = [2, 1.4, 1, 0.7, 0.5];
 const SLOW = 18, FAST = 17.5; // mean time of a picture [ms]
 const PICTURES = 6, // that are averaged
   STEADY = 120, // fast ones in a row before finer is tried
+  FIRST = 3000,
   WARNED = 30_000; // so long nothing is tried that was too slow [ms]
 
 export class Resolution {
@@ -15,6 +16,7 @@ export class Resolution {
   private steady = 0;
   private slow = 0; // mean time before the last step to coarser, until it has helped [ms]
   private held = -Infinity; // until then the pixels are not what takes the time [ms]
+  private patience = FIRST; // longer each time that fewer pixels have not helped [ms]
   private readonly failed = RATIOS.map(() => -Infinity); // when a level was too slow [ms]
 
   get ratio(): number {
@@ -29,7 +31,8 @@ export class Resolution {
     this.sum = this.count = 0;
     if (this.slow > 0 && mean > 0.95 * this.slow) {
       this.slow = 0;
-      this.held = now + WARNED;
+      this.held = now + this.patience;
+      this.patience = Math.min(2 * this.patience, WARNED);
       --this.level;
       return true;
     }
