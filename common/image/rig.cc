@@ -107,10 +107,17 @@ bool Lens::folds() const {
 Camera::Camera(const Lens& lens, Matrix3d R_CT, Vector3d p_TC)
     : lens_(lens), r_ct_(std::move(R_CT)), eye_(std::move(p_TC)) {}
 
-Camera::Camera(const View& view) : lens_(lens_of(view)) {
-  const Pinhole pinhole(view);
-  r_ct_ = pinhole.R_CT();
-  eye_ = pinhole.eye();
+Camera::Camera(const View& view)
+    : lens_(lens_of(view)), eye_(view.eye_m.at(0), view.eye_m.at(1), view.eye_m.at(2)) {
+  const Vector3d axis =
+      Vector3d(view.target_m.at(0), view.target_m.at(1), view.target_m.at(2)) - eye_;
+  const Vector3d side = axis.cross(Vector3d::UnitY());
+  if (side.norm() < 1e-6)
+    throw ConfigError("view: eye_m and target_m must differ, and not only in height (y)");
+  const Vector3d forward = axis.normalized(), right = side.normalized();
+  r_ct_.row(0) = right;
+  r_ct_.row(1) = forward.cross(right);
+  r_ct_.row(2) = forward;
 }
 
 Vector3d Camera::ray(double u, double v) const {

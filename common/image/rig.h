@@ -6,9 +6,25 @@
 #include <string>
 #include <vector>
 
-#include "common/image/pinhole.h"
-
 namespace mimesis::image {
+
+/// Calibration of a camera on the teacher's table, frame T (x right, y up, z towards the camera).
+struct View {
+  std::vector<double> eye_m{0.40, 0.50, 1.00};      ///< p_TC, position of the camera
+  std::vector<double> target_m{-0.01, 0.125, 0.0};  ///< point in T in the middle of the image
+  double focal_px = 740.0;                          ///< focal length
+  int width_px = 640;                               ///< width of the image
+  int height_px = 480;                              ///< height of the image
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("eye_m", eye_m, -20.0, 20.0, 3);
+    v("target_m", target_m, -20.0, 20.0, 3);
+    v("focal_px", focal_px, 50.0, 20000.0);
+    v("width_px", width_px, 8, 8192);
+    v("height_px", height_px, 8, 8192);
+  }
+};
 
 /// What is behind a camera's pixels: focal lengths, centre and distortion (Brown 1971, as OpenCV
 /// writes it). With x = X/Z, y = Y/Z, r² = x² + y², c = 1 + k1 r² + k2 r⁴ + k3 r⁶:
@@ -30,22 +46,27 @@ struct Lens {
   bool folds() const;
 };
 
-/// A camera on the table: lens, and pose in frame T (x right, y up, z towards the camera). What is
-/// true of `Pinhole` holds here, with distortion.
+/// A camera on the table: lens, and pose in frame T (x right, y up, z towards the camera). Axes of
+/// C: x right, y down, z forward; p_C = R_CT (p_T - p_TC).
 class Camera {
  public:
   /// @param p_TC position of the camera in T [m]
   Camera(const Lens& lens, Eigen::Matrix3d R_CT, Eigen::Vector3d p_TC);
-  /// Camera of a view: no distortion. @throws ConfigError as Pinhole.
+  /// Camera of a view: no distortion, no roll.
+  /// @throws ConfigError if it looks straight up or down, or stands on its target.
   Camera(const View& view);
 
+  /// Pixel of a point in T. Precondition: in front of the camera.
   Eigen::Vector2d project(const Eigen::Vector3d& p_T) const {
     return lens_.project(in_camera(p_T));
   }
+  /// Distance along the optical axis [m].
   double depth(const Eigen::Vector3d& p_T) const { return r_ct_.row(2).dot(p_T - eye_); }
   Eigen::Vector3d in_camera(const Eigen::Vector3d& p_T) const { return r_ct_ * (p_T - eye_); }
   /// Direction of the ray through a pixel, in T, scaled to depth 1.
   Eigen::Vector3d ray(double u, double v) const;
+  /// Point seen at a pixel if it lies in the plane of motion (z = 0): (x, y) in T [m]; nothing
+  /// behind the camera or along the plane.
   std::optional<Eigen::Vector2d> on_plane(double u, double v) const;
   /// Pixels per metre at a point in T.
   double scale(const Eigen::Vector3d& p_T) const {

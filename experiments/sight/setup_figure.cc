@@ -97,9 +97,10 @@ void watch_robot(Report& report, image::Image& shown) {
   view.target_m = {0.0, 0.2, 0.0};
   const auto cameras = camera::usual_cameras(view, 0.35);
   const camera::Picture picture;
-  camera::RobotRenderer left(table, picture.table.paints, kRobotOrigin, cameras[0], picture.faults,
-                             1, 0),
-      right(table, picture.table.paints, kRobotOrigin, cameras[1], picture.faults, 1, 1);
+  camera::RobotRenderer left(table, picture.table.paints, picture.room, kRobotOrigin, cameras[0],
+                             picture.faults, 1, 0),
+      right(table, picture.table.paints, picture.room, kRobotOrigin, cameras[1], picture.faults, 1,
+            1);
   vision::TableWatcher watcher = watcher_of(cameras, true);
   image::Image b;
   left.render(balls, table.object, 0.0, shown);

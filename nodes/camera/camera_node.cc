@@ -198,8 +198,8 @@ bool CameraNode::render_robot(runtime::Time now) {
     const Eigen::Vector3d origin = Eigen::Vector3d::Map(params_.origin_m.data());
     if (params_.scene == "random") aim_at(table, origin);
     for (std::size_t eye = 0; eye < cameras_.size(); ++eye) {
-      robot_.push_back(std::make_unique<RobotRenderer>(table, picture_.table.paints, origin,
-                                                       cameras_[eye], picture_.faults,
+      robot_.push_back(std::make_unique<RobotRenderer>(table, picture_.table.paints, picture_.room,
+                                                       origin, cameras_[eye], picture_.faults,
                                                        picture_.seed, static_cast<int>(eye)));
     }
   }

@@ -46,8 +46,6 @@ const Polyline kThumbFullClosed{
 
 using Eigen::Vector2d;
 
-const Bgr kSkin(116.0f, 152.0f, 220.0f);
-const Bgr kCloth(66.0f, 62.0f, 60.0f);
 constexpr int kCoarse = 4;  // the shadow is drawn at a quarter of the resolution
 
 std::size_t area(int width, int height) {
@@ -67,7 +65,8 @@ Window clip(double u0, double u1, double v0, double v1, int width, int height) {
 
 }  // namespace
 
-void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out) {
+void hand_capsules(const TeacherPose& pose, Grip grip, const Looks& looks,
+                   std::vector<Capsule>& out) {
   out.clear();
   const Vector3d x = pose.fingers.normalized();
   const Vector3d n = pose.palm_normal.normalized();
@@ -78,15 +77,16 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
   const bool precision = grip == Grip::precision;
   const Posture& posture = precision ? kPrecision : kFull;
 
-  const Vector3d middle = pose.wrist + 0.55 * (pose.elbow - pose.wrist);
-  out.push_back({kShoulder, pose.elbow, 0.060, 0.050, false});
-  out.push_back({pose.elbow, middle, 0.050, 0.044, false});
-  out.push_back({middle, pose.wrist, 0.036, 0.0255, true});
+  const Vector3d end = pose.wrist + looks.bare * (pose.elbow - pose.wrist);
+  const double breadth = 0.0255 + 0.0191 * looks.bare;  // of the arm where the sleeve ends
+  out.push_back({kShoulder, pose.elbow, 0.060, 0.050, looks.cloth});
+  out.push_back({pose.elbow, end, 0.050, breadth + 0.008, looks.cloth});
+  out.push_back({end, pose.wrist, breadth, 0.0255, looks.skin});
   for (const Finger& f : kFingers) {
-    out.push_back(
-        {point(0.004, 0.55 * f.side, 0.0), point(kKnuckle, f.side, 0.0), 0.0165, 0.0135, true});
+    out.push_back({point(0.004, 0.55 * f.side, 0.0), point(kKnuckle, f.side, 0.0), 0.0165, 0.0135,
+                   looks.skin});
   }
-  out.push_back({point(0.02, 0.0, 0.002), point(0.07, 0.0, 0.002), 0.019, 0.017, true});
+  out.push_back({point(0.02, 0.0, 0.002), point(0.07, 0.0, 0.002), 0.019, 0.017, looks.skin});
 
   for (const Finger& f : kFingers) {
     // In a precision grip index and middle finger reach the object; the others stay curled beside
@@ -99,7 +99,7 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
       Vector3d to = from + f.length[k] * Vector3d(std::cos(angle), 0.0, std::sin(angle));
       to.y() -= gather * (f.side - 0.011) * f.length[k] / 0.095;
       out.push_back({point(from.x(), from.y(), from.z()), point(to.x(), to.y(), to.z()), radius,
-                     0.93 * radius, true});
+                     0.93 * radius, looks.skin});
       from = to;
       radius *= 0.93;
     }
@@ -110,14 +110,22 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
   for (std::size_t k = 0; k < 3; ++k) {
     const Vector3d a = open[k] + pose.closure * (closed[k] - open[k]);
     const Vector3d b = open[k + 1] + pose.closure * (closed[k + 1] - open[k + 1]);
-    out.push_back(
-        {point(a.x(), a.y(), a.z()), point(b.x(), b.y(), b.z()), radius, 0.84 * radius, true});
+    out.push_back({point(a.x(), a.y(), a.z()), point(b.x(), b.y(), b.z()), radius, 0.84 * radius,
+                   looks.skin});
     radius *= 0.84;
   }
   for (std::size_t k = 2; k < out.size(); ++k) {
     out[k].radius_a *= pose.scale;
     out[k].radius_b *= pose.scale;
   }
+}
+
+std::optional<Capsule> Passer::at(double t_s) const {
+  constexpr double kAside = 1.0, kTop = 0.7;  // [m]
+  const double way = std::abs(speed_m_s) * (t_s - begin_s);
+  if (begin_s < 0.0 || way < 0.0 || way > 2.0 * kAside) return std::nullopt;
+  const Vector3d foot(std::copysign(1.0, speed_m_s) * (way - kAside), 0.0, z_m);
+  return Capsule{foot, foot + Vector3d(lean * kTop, kTop, 0.0), radius_m, radius_m, color};
 }
 
 MovingLayer::MovingLayer(const image::Camera& camera, const TablePicture& table)
@@ -148,8 +156,9 @@ void MovingLayer::blend(int u, int v, float depth, float coverage, const Bgr& co
 }
 
 void MovingLayer::shadow_disc(const Vector3d& p, double radius) {
-  const double t = p.y() / (kLamp.y() - p.y());
-  const Vector3d ground = p + t * (p - kLamp);
+  const Vector3d& lamp = table_.room.lamp_m;
+  const double t = p.y() / (lamp.y() - p.y());
+  const Vector3d ground = p + t * (p - lamp);
   if (camera_.depth(ground) < 0.1) return;
   const Vector2d pixel = camera_.project(ground) / kCoarse;
   const double r = radius * camera_.scale(ground) / kCoarse;
@@ -205,8 +214,7 @@ void MovingLayer::draw_capsule(const Capsule& capsule, image::Image& image) {
   const Vector2d axis = b - a;
   const double inverse = 1.0 / std::max(axis.squaredNorm(), 1e-9);
   const Vector3d middle = 0.5 * (capsule.a + capsule.b);
-  const Vector3d to_lamp = camera_.R_CT() * (kLamp - middle).normalized();
-  const Bgr& base = capsule.skin ? kSkin : kCloth;
+  const Vector3d to_lamp = camera_.R_CT() * (table_.room.lamp_m - middle).normalized();
   for (int v = w.v0; v < w.v1; ++v) {
     for (int u = w.u0; u < w.u1; ++u) {
       const Vector2d p(u, v);
@@ -222,14 +230,14 @@ void MovingLayer::draw_capsule(const Capsule& capsule, image::Image& image) {
       const double thickness = capsule.radius_a + s * (capsule.radius_b - capsule.radius_a);
       const auto depth = static_cast<float>(za + s * (zb - za) - thickness * bulge);
       const auto rim = static_cast<float>(0.86 + 0.14 * bulge);
-      blend(u, v, depth, static_cast<float>(coverage), base * (rim * lambert(normal, to_lamp)),
-            image);
+      blend(u, v, depth, static_cast<float>(coverage),
+            capsule.color * (rim * lambert(normal, to_lamp)), image);
     }
   }
 }
 
 void MovingLayer::draw_cylinder(const MovingCylinder& cylinder, image::Image& image) {
-  RayScene scene(false);
+  RayScene scene;
   const Vector3d base = cylinder.center - Vector3d(0.0, 0.5 * cylinder.height, 0.0);
   scene.add_cylinder(base, cylinder.radius, cylinder.height, cylinder.color, 1.1f * cylinder.color);
   if (camera_.depth(cylinder.center) < 0.1) return;
@@ -256,7 +264,7 @@ void MovingLayer::draw_cylinder(const MovingCylinder& cylinder, image::Image& im
         const auto hit = scene.trace(camera_.eye(), ray);
         if (!hit) continue;
         const Vector3d point = camera_.eye() + hit->distance * ray;
-        sum += hit->color * lambert(hit->normal, (kLamp - point).normalized());
+        sum += hit->color * lambert(hit->normal, (table_.room.lamp_m - point).normalized());
         depth += static_cast<float>(hit->distance);
         ++hits;
       }

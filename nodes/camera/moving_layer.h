@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,13 +14,26 @@ namespace mimesis::camera {
 struct Capsule {
   Eigen::Vector3d a, b;
   double radius_a, radius_b;
-  bool skin;  ///< false: cloth of the sleeve
+  Bgr color;
 };
 
-/// A left arm: 5 of the palm, 15 of the fingers, forearm and
-/// sleeve. Phalange lengths after
+/// A left arm: 5 of the palm, 15 of the fingers, forearm and sleeve. Phalange lengths after
 /// Buchholz et al. 1992 for a hand of 185 mm; thicknesses and postures by eye.
-void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out);
+void hand_capsules(const TeacherPose& pose, Grip grip, const Looks& looks,
+                   std::vector<Capsule>& out);
+
+/// Something upright that is carried past between the cameras and the table.
+struct Passer {
+  double begin_s = -1.0;   ///< when it comes into view, negative: never
+  double speed_m_s = 0.0;  ///< along x, from the right if negative
+  double z_m = 0.0;        ///< before the plane of motion
+  double lean = 0.0;       ///< x over y [1]
+  double radius_m = 0.01;
+  Bgr color = Bgr::Zero();
+
+  /// Where it is at a time, if it is in view.
+  std::optional<Capsule> at(double t_s) const;
+};
 
 /// An upright cylinder that moves. Frame T [m].
 struct MovingCylinder {

@@ -36,7 +36,7 @@ class Draw {
 /// Colour of a hue in the plane of U and V with this chroma, whose luma is as near to the wanted
 /// one as paint allows. Where paint allows no `least_luma` (bright blue) the chroma is smaller.
 Bgr paint(double hue_rad, double chroma, double luma, double least_luma = 0.0) {
-  constexpr double kDarkest = 20.0, kBrightest = 225.0;
+  constexpr double kDarkest = 12.0, kBrightest = 225.0;
   // Blue, green and red beyond their luma.
   double blue = chroma * std::cos(hue_rad) / 0.492, red = chroma * std::sin(hue_rad) / 0.877;
   double green = -(0.114 * blue + 0.299 * red) / 0.587, most = std::max({blue, green, red});
@@ -54,13 +54,14 @@ void draw_paints(Draw& draw, Paints& paints) {
   const auto hue = [&](int k) {
     return kDegree * (kSkinHue + kRoom * (1 + (first + k) % 4) + draw.between(-9.0, 9.0));
   };
-  // A light object has a luma of 150 at least, a dark one of 100 at most (the darkest paint bounds
-  // it): shade takes 8 to 16 %, and vision abstains from 92 to 116.
+  // A light object has a luma of 150 at least, a dark one of 86 at most (the darkest paint bounds
+  // it): shade takes 2 to 16 % against the table, whose tone varies by 5 %, and vision abstains
+  // from 92 to 116.
   constexpr double kLight = 150.0;
   const double object = hue(0);
   paints.light_object =
       paint(object, draw.between(45.0, 55.0), draw.between(kLight, 180.0), kLight);
-  paints.dark_object = paint(object, draw.between(30.0, 40.0), draw.between(60.0, 80.0));
+  paints.dark_object = paint(object, draw.between(26.0, 36.0), draw.between(60.0, 80.0));
   paints.bridge = paint(hue(1), draw.between(45.0, 65.0), draw.between(115.0, 150.0));
   paints.goal_high = paint(hue(2), draw.between(45.0, 65.0), draw.between(100.0, 160.0));
   paints.goal_low = paint(hue(3), draw.between(45.0, 65.0), draw.between(100.0, 160.0));
@@ -79,6 +80,38 @@ void draw_table_sizes(Draw& draw, TeacherTable& t) {
   t.goal_high_x_m = draw.between(0.33, 0.37);
   t.goal_high_y_m = draw.between(0.10, 0.15);
   t.goal_radius_m = draw.between(0.042, 0.050);
+}
+
+/// Table top, light, the teacher's skin and sleeve, what lies about and what comes between. Skin
+/// stays lighter than twice the shade that takes its colour, cloth has hardly any: a thing is known
+/// by it.
+void draw_surroundings(Draw& draw, Picture& p) {
+  Room& room = p.room;
+  room.lamp_m = {draw.between(-0.9, 0.5), draw.between(1.8, 2.1), draw.between(1.2, 1.6)};
+  const double tone = draw.between(0.95, 1.05);
+  for (float& c : room.wood) c *= static_cast<float>(tone * draw.between(0.97, 1.03));
+  room.grain = draw.between(0.3, 2.0);
+  room.plank_m = draw.between(0.08, 0.30);
+  Looks& looks = p.looks;
+  const double fair = draw.between(0.85, 1.05);
+  for (float& c : looks.skin) c *= static_cast<float>(fair * draw.between(0.97, 1.03));
+  const auto muted = [&draw] {
+    const double hue = draw.between(0.0, 2.0 * std::numbers::pi);
+    return paint(hue, draw.between(0.0, 12.0), draw.between(30.0, 200.0));
+  };
+  looks.cloth = muted();
+  looks.bare = draw.between(0.03, 0.9);
+  p.skin_clutter = static_cast<int>(draw.between(0.0, 5.0));
+  p.clutter += p.skin_clutter;
+  Passer& passer = p.passer;
+  const bool comes = draw.between(0.0, 1.0) < 0.7;
+  const double when = p.script.start_s + p.script.duration_s * draw.between(0.0, 0.8);
+  if (comes) passer.begin_s = when;
+  passer.speed_m_s = draw.between(0.6, 1.5) * (draw.between(0.0, 1.0) < 0.5 ? -1.0 : 1.0);
+  passer.z_m = draw.between(0.30, 0.45);
+  passer.lean = draw.between(-0.3, 0.3);
+  passer.radius_m = draw.between(0.006, 0.018);
+  passer.color = muted();
 }
 
 std::array<image::Camera, 2> draw_cameras(Draw& draw, const image::View& usual) {
@@ -127,6 +160,7 @@ RandomScene random_scene(const Picture& usual, std::uint64_t seed) {
   picture.clutter = static_cast<int>(draw.between(0.0, 12.0));
   picture.script.hand_scale = draw.between(0.93, 1.07);
   picture.script.tilt_rad = draw.between(-0.26, 0.26);
+  draw_surroundings(draw, picture);
   return {picture, random_cameras(usual.view, seed)};
 }
 

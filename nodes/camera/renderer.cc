@@ -75,14 +75,16 @@ Renderer::Renderer(const Picture& picture, const image::Camera& camera, int eye)
       camera_(camera),
       noise_seed_(picture.seed + (static_cast<std::uint64_t>(eye) << 40)),
       motion_(picture.script, picture.table),
-      table_(draw_table(picture.table, camera_, picture.clutter, picture.seed)),
+      table_(draw_table(picture.table, camera_, picture.room,
+                        {picture.clutter, picture.skin_clutter, picture.looks.skin, picture.seed})),
       layer_(camera_, table_),
       faults_(picture.faults, noise_seed_) {}
 
 void Renderer::render(double t_s, image::Image& out) {
   const TeacherPose pose = motion_.pose(t_s);
   out = table_.color;
-  hand_capsules(pose, picture_.script.lesson.grip, hand_);
+  hand_capsules(pose, picture_.script.lesson.grip, picture_.looks, hand_);
+  if (const auto passer = picture_.passer.at(t_s)) hand_.push_back(*passer);
   const Paints& paints = picture_.table.paints;
   const bool light = picture_.script.color == Color::light;
   const Bgr& color = light ? paints.light_object : paints.dark_object;

@@ -50,7 +50,11 @@ struct Picture {
   TeacherTable table;
   image::View view;
   Faults faults;
+  Looks looks;
+  Room room;
+  Passer passer;
   int clutter = 12;        ///< coloured things lying about [1]
+  int skin_clutter = 0;    ///< how many of them have the colour of the skin [1]
   std::uint64_t seed = 1;  ///< seed of clutter and noise
 };
 

@@ -8,14 +8,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-const Bgr kGrey(150.0f, 146.0f, 142.0f), kStand(186.0f, 190.0f, 194.0f);
+const Bgr kGrey(150.0f, 146.0f, 142.0f), kStand(186.0f, 190.0f, 194.0f), kArm(66.0f, 62.0f, 60.0f);
 constexpr double kCapHeight = 0.02;  // of a stand [m]
 
 /// Axes of T from those of W: x, y, z of T are y, z, x of W.
 Vector3d turned(const Vector3d& v_W) { return {v_W.y(), v_W.z(), v_W.x()}; }
 
-RayScene robot_scene(const kin::Table& table, const Paints& paints, const Vector3d& origin) {
-  RayScene scene(true);
+RayScene robot_scene(const kin::Table& table, const Paints& paints, const Room& room,
+                     const Vector3d& origin) {
+  RayScene scene(room);
   const auto at = [&origin](const Vector3d& p_W) { return turned(p_W - origin); };
   for (const kin::Box& box : table.boxes) {
     if (box.name == "table top") continue;
@@ -45,7 +46,7 @@ RayScene robot_scene(const kin::Table& table, const Paints& paints, const Vector
 
 bool sees_all(const kin::Table& table, const Vector3d& origin_W, const image::Camera& camera) {
   constexpr double kAround = 0.015, kAbove = 0.002;  // [m]
-  const RayScene scene = robot_scene(table, Paints{}, origin_W);
+  const RayScene scene = robot_scene(table, Paints{}, Room{}, origin_W);
   const auto seen = [&](const Vector3d& p_W) {
     const Vector3d p = turned(p_W - origin_W);
     const Eigen::Vector2d pixel = camera.project(p);
@@ -73,14 +74,14 @@ bool sees_all(const kin::Table& table, const Vector3d& origin_W, const image::Ca
   return true;
 }
 
-RobotRenderer::RobotRenderer(const kin::Table& table, const Paints& paints,
+RobotRenderer::RobotRenderer(const kin::Table& table, const Paints& paints, const Room& room,
                              const Vector3d& origin_W, const image::Camera& camera,
                              const Faults& faults, std::uint64_t seed, int eye)
     : robot_(table),
       object_color_(paints.light_object),
       origin_(origin_W),
       camera_(camera),
-      table_(draw_scene(robot_scene(table, paints, origin_W), camera_)),
+      table_(draw_scene(robot_scene(table, paints, room, origin_W), camera_)),
       layer_(camera_, table_),
       noise_seed_(seed + (static_cast<std::uint64_t>(eye) << 40)),
       faults_(faults, noise_seed_) {}
@@ -104,7 +105,7 @@ void RobotRenderer::render(const std::vector<kin::Ball>& arm, const Vector3d& ob
   arm_.clear();
   for (const kin::Ball& ball : arm) {
     const Vector3d p = in_T(ball.center);
-    arm_.push_back({p, p, kThinner * ball.radius, kThinner * ball.radius, false});
+    arm_.push_back({p, p, kThinner * ball.radius, kThinner * ball.radius, kArm});
   }
   layer_.draw(arm_, {in_T(object_W), robot_.object_radius, robot_.object_height, object_color_},
               out);

@@ -23,8 +23,9 @@ bool sees_all(const kin::Table& table, const Eigen::Vector3d& origin_W,
 class RobotRenderer {
  public:
   /// @param eye 0, 1, ...: noise of its own
-  RobotRenderer(const kin::Table& table, const Paints& paints, const Eigen::Vector3d& origin_W,
-                const image::Camera& camera, const Faults& faults, std::uint64_t seed, int eye);
+  RobotRenderer(const kin::Table& table, const Paints& paints, const Room& room,
+                const Eigen::Vector3d& origin_W, const image::Camera& camera, const Faults& faults,
+                std::uint64_t seed, int eye);
   RobotRenderer(const RobotRenderer&) = delete;
   RobotRenderer& operator=(const RobotRenderer&) = delete;
 

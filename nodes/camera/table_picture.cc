@@ -30,21 +30,22 @@ void add_stand(RayScene& scene, double x, double y, double radius, const Bgr& co
   scene.add_cylinder({x, y - kCap, 0.0}, radius, kCap, color, color);
 }
 
-void add_clutter(RayScene& scene, int count, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  for (int i = 0; i < count; ++i) {
+void add_clutter(RayScene& scene, const Clutter& clutter) {
+  std::mt19937_64 random(clutter.seed);
+  for (int i = 0; i < clutter.count; ++i) {
     const double x = -0.6 + 1.2 * uniform(random);
     const double z = uniform(random) < 0.6 ? -0.2 - 0.35 * uniform(random)   // behind the scene
                                            : 0.22 + 0.10 * uniform(random);  // in front of it
     Bgr color;
     for (int k = 0; k < 3; ++k) color[k] = static_cast<float>(40.0 + 190.0 * uniform(random));
+    if (i < clutter.like_skin) color = (0.8f + 0.001f * color[0]) * clutter.skin;
     const double height = 0.006 + 0.02 * uniform(random), radius = 0.005 + 0.006 * uniform(random);
     scene.add_cylinder({x, 0.0, z}, radius, height, color, color);
   }
 }
 
-RayScene build(const TeacherTable& t, int clutter, std::uint64_t seed) {
-  RayScene scene(true);
+RayScene build(const TeacherTable& t, const Room& room, const Clutter& clutter) {
+  RayScene scene(room);
   if (!t.bridge_removed) {
     scene.add_box({0.0, t.bridge_height_m + 0.5 * t.bar_thickness_m, 0.0},
                   {0.5 * t.bar_width_m, 0.5 * t.bar_thickness_m, t.bar_half_span_m},
@@ -57,7 +58,7 @@ RayScene build(const TeacherTable& t, int clutter, std::uint64_t seed) {
   }
   add_stand(scene, t.goal_low_x_m, t.goal_low_y_m, t.goal_radius_m, t.paints.goal_low);
   add_stand(scene, t.goal_high_x_m, t.goal_high_y_m, t.goal_radius_m, t.paints.goal_high);
-  add_clutter(scene, clutter, seed);
+  add_clutter(scene, clutter);
   return scene;
 }
 
@@ -66,7 +67,7 @@ float lamp_share(const RayScene& scene, const Vector3d& point, double jitter_x, 
   int seen = 0;
   for (int k = 0; k < 4; ++k) {
     const Vector3d offset(0.2 * (k % 2 + jitter_x) - 0.2, 0.0, 0.2 * (k / 2 + jitter_z) - 0.2);
-    seen += scene.blocked(point, kLamp + offset) ? 0 : 1;
+    seen += scene.blocked(point, scene.room().lamp_m + offset) ? 0 : 1;
   }
   return 0.25f * static_cast<float>(seen);
 }
@@ -81,16 +82,15 @@ Bgr wall(const Vector3d& direction) {
 
 }  // namespace
 
-Bgr wood(double x, double z) {
-  constexpr double kPlank = 0.17;  // width of a plank along z [m]
-  const double row = std::floor(z / kPlank);
-  const double across = z / kPlank - row;
+Bgr Room::table_top(double x, double z) const {
+  const double row = std::floor(z / plank_m);
+  const double across = z / plank_m - row;
   const double bend = 0.012 * wave(3.0 * x + 7.0 * row);
   const double rings = wave(210.0 * (z + bend) + 11.0 * row) * (0.6 + 0.4 * wave(9.0 * x + row));
   const double fibre = wave(900.0 * z + 40.0 * wave(2.0 * x + row));
-  const double tone = 1.0 + 0.06 * wave(12.9 * row) + 0.045 * rings + 0.015 * fibre;
-  const double joint = std::min(across, 1.0 - across) * kPlank < 0.0012 ? 0.72 : 1.0;
-  return Bgr(141.0f, 152.0f, 161.0f) * static_cast<float>(tone * joint);
+  const double tone = 1.0 + grain * (0.06 * wave(12.9 * row) + 0.045 * rings + 0.015 * fibre);
+  const double joint = std::min(across, 1.0 - across) * plank_m < 0.0012 ? 0.72 : 1.0;
+  return wood * static_cast<float>(tone * joint);
 }
 
 void RayScene::add_box(const Vector3d& center, const Vector3d& half_extent, const Bgr& color) {
@@ -152,12 +152,12 @@ std::optional<Hit> RayScene::trace(const Vector3d& origin, const Vector3d& direc
   Hit hit;
   hit.distance = kFar;
   const double t = -origin.y() / direction.y();
-  if (table_top_ && t > kNear) {
+  if (room_ && t > kNear) {
     const double x = origin.x() + t * direction.x(), z = origin.z() + t * direction.z();
     if (std::abs(x) < kTableHalfWidth && z > kTableBack && z < kTableFront) {
       hit.distance = t;
       hit.normal = Vector3d::UnitY();
-      hit.color = wood(x, z);
+      hit.color = room_->table_top(x, z);
     }
   }
   for (const Box& b : boxes_) meet(b, origin, direction, hit);
@@ -179,16 +179,16 @@ float lambert(const Vector3d& normal, const Vector3d& to_lamp) {
   return 0.58f + 0.58f * static_cast<float>(std::max(0.0, normal.dot(to_lamp)));
 }
 
-TablePicture draw_table(const TeacherTable& table, const image::Camera& camera, int clutter,
-                        std::uint64_t seed) {
-  return draw_scene(build(table, clutter, seed), camera);
+TablePicture draw_table(const TeacherTable& table, const image::Camera& camera, const Room& room,
+                        const Clutter& clutter) {
+  return draw_scene(build(table, room, clutter), camera);
 }
 
 TablePicture draw_scene(const RayScene& scene, const image::Camera& camera) {
   const auto pixels =
       static_cast<std::size_t>(camera.width()) * static_cast<std::size_t>(camera.height());
-  TablePicture out{image::Image(camera.width(), camera.height()), std::vector<float>(pixels),
-                   std::vector<std::uint8_t>(pixels)};
+  TablePicture out{scene.room(), image::Image(camera.width(), camera.height()),
+                   std::vector<float>(pixels), std::vector<std::uint8_t>(pixels)};
   std::size_t i = 0;
   for (int v = 0; v < camera.height(); ++v) {
     for (int u = 0; u < camera.width(); ++u, ++i) {
@@ -204,7 +204,7 @@ TablePicture draw_scene(const RayScene& scene, const image::Camera& camera) {
           continue;
         }
         const Vector3d point = camera.eye() + hit->distance * ray + 1e-5 * hit->normal;
-        const float light = lambert(hit->normal, (kLamp - point).normalized());
+        const float light = lambert(hit->normal, (scene.room().lamp_m - point).normalized());
         const float shadow = 0.55f + 0.45f * lamp_share(scene, point, du, dv);
         sum += hit->color * (light * shadow);
         depth = std::min(depth, static_cast<float>(hit->distance));

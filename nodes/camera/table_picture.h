@@ -17,12 +17,23 @@ struct Hit {
   Bgr color = Bgr::Zero();
 };
 
+/// Table top and light, frame T.
+struct Room {
+  Eigen::Vector3d lamp_m{-0.7, 1.9, 1.5};
+  Bgr wood{141.0f, 152.0f, 161.0f};
+  double grain = 1.0;     ///< contrast of its texture [1]
+  double plank_m = 0.17;  ///< width of a plank along z
+
+  /// Colour of the table top at (x, z) [m].
+  Bgr table_top(double x, double z) const;
+};
+
 /// Boxes, upright cylinders and a horizontal table top, met by rays: what stands still before the
 /// camera.
 class RayScene {
  public:
-  /// @param table_top whether the wooden table (y = 0) is part of it
-  explicit RayScene(bool table_top) : table_top_(table_top) {}
+  RayScene() = default;  ///< nothing, no table top either
+  explicit RayScene(const Room& room) : room_(room) {}
   void add_box(const Eigen::Vector3d& center, const Eigen::Vector3d& half_extent, const Bgr& color);
   /// Upright, from `base` up.
   void add_cylinder(const Eigen::Vector3d& base, double radius, double height, const Bgr& side,
@@ -30,6 +41,7 @@ class RayScene {
 
   /// Nearest surface in front of `origin`, the table included; nothing if the ray leaves the scene.
   std::optional<Hit> trace(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+  const Room& room() const { return *room_; }
   /// True if something other than the table lies between two points.
   bool blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
@@ -45,22 +57,17 @@ class RayScene {
   };
   static void meet(const Box& box, const Eigen::Vector3d& o, const Eigen::Vector3d& d, Hit& hit);
   static void meet(const Cylinder& c, const Eigen::Vector3d& o, const Eigen::Vector3d& d, Hit& hit);
-  bool table_top_;
+  std::optional<Room> room_;
   std::vector<Box> boxes_;
   std::vector<Cylinder> cylinders_;
 };
-
-/// Grain of the wooden table at (x, z) [m].
-Bgr wood(double x, double z);
-
-/// Position of the lamp, frame T [m]; shared by everything that is shaded.
-inline const Eigen::Vector3d kLamp{-0.7, 1.9, 1.5};
 
 /// Light on a surface: ambient plus Lambert's cosine, 0..1 [1].
 float lambert(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_lamp);
 
 /// The empty table as the camera sees it: drawn once, then copied under the moving hand.
 struct TablePicture {
+  Room room;
   image::Image color;
   std::vector<float> depth;  ///< along the optical axis [m], per pixel
   std::vector<std::uint8_t>
@@ -71,9 +78,15 @@ struct TablePicture {
 /// second.
 TablePicture draw_scene(const RayScene& scene, const image::Camera& camera);
 
-/// The teacher's table. @param clutter number of small coloured things lying about, placed by
-/// `seed`
-TablePicture draw_table(const TeacherTable& table, const image::Camera& camera, int clutter,
-                        std::uint64_t seed);
+/// Small coloured things lying about.
+struct Clutter {
+  int count = 12, like_skin = 0;  ///< and how many of them have the colour of the skin [1]
+  Bgr skin = Bgr::Zero();
+  std::uint64_t seed = 1;  ///< places them
+};
+
+/// The teacher's table.
+TablePicture draw_table(const TeacherTable& table, const image::Camera& camera, const Room& room,
+                        const Clutter& clutter);
 
 }  // namespace mimesis::camera

@@ -36,6 +36,12 @@ struct TeacherScript {
 /// Linear colour, blue green red, 0..255.
 using Bgr = Eigen::Vector3f;
 
+/// Skin and clothes of the teacher.
+struct Looks {
+  Bgr skin{116.0f, 152.0f, 220.0f}, cloth{66.0f, 62.0f, 60.0f};
+  double bare = 0.55;  ///< share of the forearm, from the wrist on, that no sleeve covers [1]
+};
+
 /// Colours of the things on the table.
 struct Paints {
   Bgr light_object{118.0f, 222.0f, 120.0f}, dark_object{44.0f, 106.0f, 26.0f};

@@ -13,7 +13,8 @@ namespace {
 constexpr double kUndecided = 1e-4;
 /// The same for stops, and the effort for those between two points: slower ones need less.
 constexpr double kUndecidedStops = 1e-4;
-constexpr long kPosturesPerStops = 4000, kUnlimited = std::numeric_limits<long>::max();
+constexpr long kPosturesPerStops = 4000, kPosturesPerStopsAlone = 8000;
+constexpr long kUnlimited = std::numeric_limits<long>::max();
 
 /// Straight from a to b. A part: its middle, 0 .. 1, and half its width.
 struct Line {
@@ -70,11 +71,15 @@ struct Curve {
   }
 };
 
-/// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, of r²/k, and of the
-/// delay.
+/// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, of r²/k, of the
+/// delay, and of how far one joint that stops alone is back (0 .. 1).
 struct Fan {
   static constexpr auto kJudge = &BatchChecker::judge_motions;
-  using Part = std::array<double, 8>;
+  static constexpr std::size_t kRanges = 5;
+  struct Part {
+    std::array<double, 2 * kRanges> range{};
+    Eigen::Index alone = -1;  // no joint
+  };
   const Stops& s;
 
   double speed(Eigen::Index j, double w) const { return s.v0[j] + w * (s.v1[j] - s.v0[j]); }
@@ -82,33 +87,53 @@ struct Fan {
     const double v = speed(j, w), t = std::min(u, std::abs(v) / s.a[j]);
     return std::copysign((std::abs(v) - 0.5 * s.a[j] * t) * t, v);
   }
+  double before(Eigen::Index j, double w) const {
+    return s.before0[j] + w * (s.before1[j] - s.before0[j]);
+  }
   void place(const Part& part, BatchChecker::Postures& to, int lane) const {
-    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1] = part;
+    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1, back0, back1] = part.range;
     for (Eigen::Index j = 0; j < s.a.size(); ++j) {
       // Joints move one way: the ends of all ranges bound the postures between.
       double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+      const auto reach = [&](double q) {
+        lo = std::min(lo, q);
+        hi = std::max(hi, q);
+      };
+      const bool alone = j == part.alone;
       for (const double w : {w0, w1}) {
-        const double q = s.q0[j] + w * (s.q1[j] - s.q0[j]);
-        const double near = q + delay0 * speed(j, w) + share0 * ramp(j, w, u0);
-        const double far = q + delay1 * speed(j, w) + share1 * ramp(j, w, u1);
-        lo = std::min({lo, near, far});
-        hi = std::max({hi, near, far});
+        const double q = s.q0[j] + w * (s.q1[j] - s.q0[j]), v = speed(j, w);
+        const double near = q + (alone ? s.alone_s : delay0) * v + share0 * ramp(j, w, u0);
+        const double far = q + (alone ? s.alone_s : delay1) * v + share1 * ramp(j, w, u1);
+        if (!alone) {
+          reach(near);
+          reach(far);
+          continue;
+        }
+        for (const double back : {back0, back1}) {
+          reach(near + back * (before(j, w) - near));
+          reach(far + back * (before(j, w) - far));
+        }
       }
       const auto i = static_cast<std::size_t>(j);
       to.q[i][lane] = static_cast<float>(0.5 * (lo + hi));
-      to.deviation[i][lane] = static_cast<float>(0.5 * (hi - lo) + s.bow_rad);
+      to.deviation[i][lane] =
+          static_cast<float>(0.5 * (hi - lo) + s.bow_rad + (alone ? s.before_bow_rad : 0.0));
     }
   }
   /// What each range adds to the motion [rad].
-  std::array<double, 4> widths(const Part& part) const {
-    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1] = part;
-    std::array<double, 4> width{};
+  std::array<double, kRanges> widths(const Part& part) const {
+    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1, back0, back1] = part.range;
+    std::array<double, kRanges> width{};
     for (Eigen::Index j = 0; j < s.a.size(); ++j) {
-      const double far = std::abs(ramp(j, w1, u1));
+      const double far = std::abs(ramp(j, w1, u1)), v = std::abs(speed(j, w1));
       width[0] = std::max(width[0], (w1 - w0) * std::abs(s.q1[j] - s.q0[j]));
       width[1] = std::max(width[1], share1 * std::abs(far - std::abs(ramp(j, w1, u0))));
       width[2] = std::max(width[2], (share1 - share0) * far);
-      width[3] = std::max(width[3], (delay1 - delay0) * std::abs(speed(j, w1)));
+      width[3] = std::max(width[3], (delay1 - delay0) * v);
+      if (j == part.alone) {
+        const double q = s.q0[j] + w1 * (s.q1[j] - s.q0[j]);
+        width[4] = (back1 - back0) * (std::abs(q - before(j, w1)) + s.alone_s * v + share1 * far);
+      }
     }
     return width;
   }
@@ -119,9 +144,9 @@ struct Fan {
   std::array<Part, 2> halves(const Part& part) const {
     const auto width = widths(part);
     const auto at = std::max_element(width.begin(), width.end()) - width.begin();
-    const auto range = static_cast<std::size_t>(2 * at);
+    const auto i = static_cast<std::size_t>(2 * at);
     std::array<Part, 2> parts{part, part};
-    parts[0][range + 1] = parts[1][range] = 0.5 * (part[range] + part[range + 1]);
+    parts[0].range[i + 1] = parts[1].range[i] = 0.5 * (part.range[i] + part.range[i + 1]);
     return parts;
   }
 };
@@ -219,10 +244,17 @@ bool CollisionChecker::certify_stops(const Stops& given) {
     stops.q1 += stops.delay_s * stops.v1;
     stops.delay_s = 0.0;
   }
-  const double longest_s =
-      stops.v0.cwiseAbs().cwiseMax(stops.v1.cwiseAbs()).cwiseQuotient(stops.a).maxCoeff();
-  std::vector<Fan::Part> open{{0.0, 1.0, 0.0, longest_s, 0.0, 1.0, 0.0, stops.delay_s}};
-  return certify_parts(Fan{stops}, open, kPosturesPerStops);
+  const auto longest_s = [](const Stops& those) {
+    return those.v0.cwiseAbs().cwiseMax(those.v1.cwiseAbs()).cwiseQuotient(those.a).maxCoeff();
+  };
+  std::vector<Fan::Part> open{
+      {{0.0, 1.0, 0.0, longest_s(stops), 0.0, 1.0, 0.0, stops.delay_s, 0.0, 0.0}, -1}};
+  if (!certify_parts(Fan{stops}, open, kPosturesPerStops)) return false;
+  if (given.before0.size() == 0) return true;
+  open.clear();
+  for (Eigen::Index j = 0; j < given.a.size(); ++j)
+    open.push_back({{0.0, 1.0, 0.0, longest_s(given), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}, j});
+  return certify_parts(Fan{given}, open, kPosturesPerStopsAlone);
 }
 
 std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eigen::VectorXd>& q) {

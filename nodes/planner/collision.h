@@ -17,11 +17,19 @@ std::string in_words(const kin::Box& box);
 /// `delay_s` in which the drives go on at these speeds, with the decelerations a or harder. ρ(u)
 /// being the ramp from v with a, a stop at r v with k a leads along q + r v τ + (r²/k) ρ(u): all of
 /// them are a fan of curves, r²/k from 0 to 1.
+///
+/// One drive may fail alone: it stands or slows down up to `alone_s` before the others are told, or
+/// hears of it so much later. They stop as above, without delay; its joint is anywhere between its
+/// place on the path `alone_s` before and where it gets to if it starts its ramp `alone_s` after.
 struct Stops {
   Eigen::VectorXd q0, v0, q1, v1;  ///< [rad], [rad/s]
   Eigen::VectorXd a;               ///< [rad/s²]
   double delay_s = 0.0;
   double bow_rad = 0.0;  ///< how far the path leaves the line between the points
+  double alone_s = 0.0;
+  Eigen::VectorXd before0{},
+      before1{};                ///< places `alone_s` before q0 and q1; empty: none fails alone
+  double before_bow_rad = 0.0;  ///< how far the way since then leaves the box of its ends
 };
 
 /// Safety balls of an arm against obstacles and against itself [M18 2.3.2], for postures and for

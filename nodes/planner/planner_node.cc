@@ -130,6 +130,7 @@ TaskSettings task_settings(const PlannerParams& p) {
   s.search.online_refinements = p.online_refinements;
   s.search.seed = static_cast<std::uint64_t>(p.seed);
   s.margin_m = p.margin_m;
+  s.wide_margin_m = p.wide_margin_m;
   s.approach_m = p.approach_m;
   s.lift_m = p.lift_m;
   s.precision_depth_m = p.precision_depth_m;

@@ -43,6 +43,7 @@ struct PlannerParams {
   double inhibited_share = 0.02;    ///< share of inhibited nodes at which that refinement stops [1]
   int online_refinements = 2;       ///< number of refinements around a found path [1]
   double margin_m = 0.002;          ///< least distance of safety balls [m]
+  double wide_margin_m = 0.01;      ///< the same where there is room: tried first [m]
   double approach_m = 0.09;         ///< length of the straight motion to and from the object [m]
   double lift_m = 0.05;             ///< height of the straight lift and lowering of the object [m]
   double precision_depth_m = 0.02;  ///< object's top above the grasp centre in a precision grip [m]
@@ -71,6 +72,7 @@ struct PlannerParams {
     v("inhibited_share", inhibited_share, 0.0, 1.0);
     v("online_refinements", online_refinements, 0, 10);
     v("margin_m", margin_m, 0.0, 0.05);
+    v("wide_margin_m", wide_margin_m, 0.0, 0.1);
     v("approach_m", approach_m, 0.02, 0.3);
     v("lift_m", lift_m, 0.02, 0.3);
     v("precision_depth_m", precision_depth_m, 0.0, 0.2);

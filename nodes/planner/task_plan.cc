@@ -24,8 +24,9 @@ constexpr double kPace = 1.2;
 
 using Way = std::vector<Eigen::VectorXd>;
 
-constexpr double kStraightStep = 0.01;  // step of straight hand motions [m]
-constexpr std::size_t kGraspTries = 6;  // grasps for which a transport is searched
+constexpr double kStraightStep = 0.01;                // step of straight hand motions [m]
+constexpr std::size_t kGraspTries = 6;                // grasps for which a transport is searched
+constexpr int kWideWaves = 60, kWideBranches = 4000;  // effort for the wide margin
 // Pre-selected by F5: postures nearer than this to its own, and holds below them [rad].
 constexpr double kPreselected = 0.8, kHoldNear = 1.0;
 
@@ -39,8 +40,9 @@ Way reversed(Way way) {
 /// A posture that holds the object, with the straight ways that begin or end there.
 struct Hold {
   Eigen::VectorXd q;
-  Way away;  ///< from q back along the approach axis, without the object
-  Way up;    ///< from q straight up, with it
+  Way away;               ///< from q back along the approach axis, without the object
+  Way up;                 ///< from q straight up, with it
+  double margin_m = 0.0;  ///< of both
 };
 
 class TaskPlanner {
@@ -52,12 +54,20 @@ class TaskPlanner {
   tl::expected<TaskPlan, Status> plan(const Eigen::VectorXd& start);
 
  private:
+  tl::expected<TaskPlan, Status> plan_between(const Eigen::VectorXd& start, const Hold& grasp,
+                                              const std::vector<Hold>& places,
+                                              double margin_m) const;
   /// @param near  a posture above it, from which holds are sought; null: all are
   tl::expected<std::vector<Hold>, Status> holds_at(const Eigen::Vector3d& center,
                                                    const std::string& what,
                                                    const Eigen::VectorXd* near);
-  std::optional<Way> certified_way(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W,
-                                   CollisionChecker& checker) const;
+  std::optional<Way> straight(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W) const {
+    return straight_way(arm_, q, moved_hand(arm_, q, by_W), kStraightStep);
+  }
+  double wide_margin() const { return std::max(settings_.margin_m, settings_.wide_margin_m); }
+  tl::expected<FoundPath, Status> find(const Obstacles& obstacles, double margin_m,
+                                       const Eigen::VectorXd& from, const Way& goals,
+                                       const PostureCost& cost) const;
   Obstacles carrying(bool on_its_support) const;
   double passing_cost(const Eigen::VectorXd& q) const;
   /// Up, as the hand sees it.
@@ -66,7 +76,7 @@ class TaskPlanner {
   }
   std::vector<kin::Ball> held_balls(const Eigen::VectorXd& q) const;
   bool add_motion(TaskPlan& plan, Phase phase, const Way& waypoints, const Obstacles& obstacles,
-                  double speed) const;
+                  double speed, double margin_m) const;
 
   const kin::ArmModel& arm_;
   const kin::Table& table_;
@@ -76,14 +86,24 @@ class TaskPlanner {
   std::vector<kin::Ball> held_;  // in E, the same at every hold of one grip
 };
 
-std::optional<Way> TaskPlanner::certified_way(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W,
-                                              CollisionChecker& checker) const {
-  auto way = straight_way(arm_, q, moved_hand(arm_, q, by_W), kStraightStep);
-  if (!way) return std::nullopt;
-  for (std::size_t i = 1; i < way->size(); ++i) {
-    if (!checker.certify((*way)[i - 1], (*way)[i])) return std::nullopt;
+bool certified(CollisionChecker& checker, const std::optional<Way>& way) {
+  for (std::size_t i = 1; way && i < way->size(); ++i) {
+    if (!checker.certify((*way)[i - 1], (*way)[i])) return false;
   }
-  return way;
+  return way.has_value();
+}
+
+/// What is wider than it must be is not worth the whole effort.
+tl::expected<FoundPath, Status> TaskPlanner::find(const Obstacles& obstacles, double margin_m,
+                                                  const Eigen::VectorXd& from, const Way& goals,
+                                                  const PostureCost& cost) const {
+  CollisionChecker checker(arm_, obstacles, margin_m);
+  SearchSettings search = settings_.search;
+  if (margin_m > settings_.margin_m) {
+    search.max_waves = std::min(search.max_waves, kWideWaves);
+    search.max_branches = std::min(search.max_branches, kWideBranches);
+  }
+  return find_path(roadmap_, checker, from, goals, cost, search);
 }
 
 std::vector<kin::Ball> TaskPlanner::held_balls(const Eigen::VectorXd& q) const {
@@ -115,6 +135,7 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
                                                               const std::string& what,
                                                               const Eigen::VectorXd* near) {
   CollisionChecker empty_handed(arm_, table_obstacles(table_), settings_.margin_m);
+  CollisionChecker wide_empty_handed(arm_, table_obstacles(table_), wide_margin());
   Way solutions;
   for (const auto& goal :
        grasp_goals(task_.grip, center, table_.object_height, settings_.precision_depth_m)) {
@@ -141,11 +162,15 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
     if (held_.empty()) held_ = held_balls(q);
     CollisionChecker holding(arm_, carrying(true), settings_.margin_m);
     const Eigen::Vector3d back = -settings_.approach_m * kin::end_effector(arm_, q).linear().col(2);
-    auto away = certified_way(q, back, empty_handed);
-    auto up = certified_way(q, Eigen::Vector3d(0.0, 0.0, settings_.lift_m), holding);
-    cannot_leave += !away;
-    cannot_lift += !up;
-    if (away && up) holds.push_back({q, std::move(*away), std::move(*up)});
+    auto away = straight(q, back), up = straight(q, {0.0, 0.0, settings_.lift_m});
+    const bool leaves = certified(empty_handed, away), lifts = certified(holding, up);
+    cannot_leave += !leaves;
+    cannot_lift += !lifts;
+    if (!leaves || !lifts) continue;
+    CollisionChecker holding_wide(arm_, carrying(true), wide_margin());
+    const bool wide = certified(wide_empty_handed, away) && certified(holding_wide, up);
+    holds.push_back(
+        {q, std::move(*away), std::move(*up), wide ? wide_margin() : settings_.margin_m});
   }
   if (!holds.empty()) return holds;
   const std::size_t free = solutions.size() - in_contact.size();
@@ -162,9 +187,9 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
 
 /// False if the motion cannot be stopped somewhere, however slow it is.
 bool TaskPlanner::add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
-                             const Obstacles& obstacles, double speed) const {
+                             const Obstacles& obstacles, double speed, double margin_m) const {
   if (path_length(waypoints) < 1e-9) return true;
-  auto motion = timed_motion(arm_, phase, waypoints, obstacles, speed, settings_);
+  auto motion = timed_motion(arm_, phase, waypoints, obstacles, speed, settings_, margin_m);
   if (!motion) return false;
   plan.path_length_rad += motion->length_rad;
   plan.motions.push_back(std::move(*motion));
@@ -188,61 +213,77 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
                                known.empty() ? nullptr : &known.back());
   if (!places) return tl::unexpected(places.error());
   std::stable_sort(grasps->begin(), grasps->end(), [&](const Hold& a, const Hold& b) {
-    return (a.away.back() - start).norm() < (b.away.back() - start).norm();
+    return a.margin_m != b.margin_m
+               ? a.margin_m > b.margin_m
+               : (a.away.back() - start).norm() < (b.away.back() - start).norm();
   });
 
+  Status failure;
+  for (const double margin_m : {wide_margin(), settings_.margin_m}) {
+    for (std::size_t i = 0; i < std::min(kGraspTries, grasps->size()); ++i) {
+      auto plan = plan_between(start, (*grasps)[i], *places, margin_m);
+      if (plan) return plan;
+      failure = plan.error();
+    }
+    if (margin_m == settings_.margin_m) break;
+  }
+  return tl::unexpected(failure);
+}
+
+/// The motions with this grasp. @param margin_m  of the transport; the others have what they can
+tl::expected<TaskPlan, Status> TaskPlanner::plan_between(const Eigen::VectorXd& start,
+                                                         const Hold& grasp,
+                                                         const std::vector<Hold>& places,
+                                                         double margin_m) const {
   const Obstacles supported = carrying(true), carried = carrying(false);
-  CollisionChecker transport_checker(arm_, carried, settings_.margin_m);
   Obstacles with_object = table_obstacles(table_);
   const auto object = cylinder_balls(table_.object, table_.object_radius, table_.object_height);
   with_object.balls.insert(with_object.balls.end(), object.begin(), object.end());
-  CollisionChecker reach_checker(arm_, with_object, settings_.margin_m);
-  const PostureCost cost = [this](const Eigen::VectorXd& q) { return passing_cost(q); };
 
-  Status failure;
-  for (std::size_t i = 0; i < std::min(kGraspTries, grasps->size()); ++i) {
-    const Hold& grasp = (*grasps)[i];
-    Way above_places;  // where the object stands as it stood
-    std::vector<std::size_t> place_of;
-    for (std::size_t k = 0; k < places->size(); ++k) {
-      if (up_in_E((*places)[k].q).dot(up_in_E(grasp.q)) < 0.9) continue;
-      above_places.push_back((*places)[k].up.back());
-      place_of.push_back(k);
-    }
-    if (above_places.empty()) {
-      failure = {"no posture at the " + task_.goal + " goal puts the object down upright"};
-      continue;
-    }
-    const auto transport = find_path(roadmap_, transport_checker, grasp.up.back(), above_places,
-                                     cost, settings_.search);
-    if (!transport) {
-      failure = {"transport " +
-                 std::string(task_.transport == Transport::above ? "above" : "below") +
-                 " the bridge to the " + task_.goal + " goal: " + transport.error().reason};
-      continue;
-    }
-    const Way before{grasp.away.back()};
-    const auto reach = find_path(roadmap_, reach_checker, start, before, {}, settings_.search);
-    if (!reach) {
-      failure = {"reach for the object: " + reach.error().reason};
-      continue;
-    }
-    const Hold& place = (*places)[place_of[static_cast<std::size_t>(transport->goal)]];
-    TaskPlan plan;
-    plan.roadmap_nodes =
-        std::max({reach->nodes, transport->nodes, static_cast<int>(roadmap_.nodes.cols())});
-    const double fast = settings_.speed, gentle = settings_.contact_speed;
-    if (add_motion(plan, Phase::reach, reach->waypoints, with_object, fast) &&
-        add_motion(plan, Phase::approach, reversed(grasp.away), table_obstacles(table_), gentle) &&
-        add_motion(plan, Phase::transport, grasp.up, supported, gentle) &&
-        add_motion(plan, Phase::transport, transport->waypoints, carried, fast) &&
-        add_motion(plan, Phase::transport, reversed(place.up), supported, gentle) &&
-        add_motion(plan, Phase::retreat, place.away, table_obstacles(table_), gentle)) {
-      return plan;
-    }
-    failure = {"a motion cannot be stopped without touching something"};
+  Way above_places;  // where the object stands as it stood
+  std::vector<const Hold*> place_of;
+  const bool wide_places =
+      margin_m > settings_.margin_m &&
+      std::ranges::any_of(places, [&](const Hold& place) { return place.margin_m >= margin_m; });
+  for (const Hold& place : places) {
+    if (up_in_E(place.q).dot(up_in_E(grasp.q)) < 0.9) continue;
+    if (wide_places && place.margin_m < margin_m) continue;
+    above_places.push_back(place.up.back());
+    place_of.push_back(&place);
   }
-  return tl::unexpected(failure);
+  if (above_places.empty())
+    return tl::unexpected(
+        Status{"no posture at the " + task_.goal + " goal puts the object down upright"});
+  const auto transport = find(carried, margin_m, grasp.up.back(), above_places,
+                              [this](const Eigen::VectorXd& q) { return passing_cost(q); });
+  if (!transport) {
+    return tl::unexpected(
+        Status{"transport " + std::string(task_.transport == Transport::above ? "above" : "below") +
+               " the bridge to the " + task_.goal + " goal: " + transport.error().reason});
+  }
+  const Way before{grasp.away.back()};
+  double reach_margin_m = wide_margin();
+  auto reach = find(with_object, reach_margin_m, start, before, {});
+  if (!reach) {
+    reach_margin_m = settings_.margin_m;
+    reach = find(with_object, reach_margin_m, start, before, {});
+  }
+  if (!reach) return tl::unexpected(Status{"reach for the object: " + reach.error().reason});
+  const Hold& place = *place_of[static_cast<std::size_t>(transport->goal)];
+  TaskPlan plan;
+  plan.roadmap_nodes =
+      std::max({reach->nodes, transport->nodes, static_cast<int>(roadmap_.nodes.cols())});
+  const double fast = settings_.speed, gentle = settings_.contact_speed;
+  const double grasp_m = grasp.margin_m, place_m = place.margin_m;
+  const Obstacles alone = table_obstacles(table_);
+  if (add_motion(plan, Phase::reach, reach->waypoints, with_object, fast, reach_margin_m) &&
+      add_motion(plan, Phase::approach, reversed(grasp.away), alone, gentle, grasp_m) &&
+      add_motion(plan, Phase::transport, grasp.up, supported, gentle, grasp_m) &&
+      add_motion(plan, Phase::transport, transport->waypoints, carried, fast, margin_m) &&
+      add_motion(plan, Phase::transport, reversed(place.up), supported, gentle, place_m) &&
+      add_motion(plan, Phase::retreat, place.away, alone, gentle, place_m))
+    return plan;
+  return tl::unexpected(Status{"a motion cannot be stopped without touching something"});
 }
 
 /// Where the middle of the held object is at a sample of the motion, in W.
@@ -263,21 +304,27 @@ double stop_delay_s(const kin::ArmModel& arm, double period_s) {
 std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
                                           const std::vector<Eigen::VectorXd>& waypoints,
                                           const Obstacles& obstacles, double speed,
-                                          const TaskSettings& settings) {
-  CollisionChecker checker(arm, obstacles, settings.margin_m);
+                                          const TaskSettings& settings, double margin_m) {
+  margin_m = std::max(margin_m, settings.margin_m);
+  CollisionChecker checker(arm, obstacles, margin_m);
   CollisionChecker stops(arm, obstacles, kStopMargin * settings.margin_m);
   const SmoothPath path(waypoints, settings.corner_rad,
                         [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
-  auto motion =
-      time_optimal(path, speed * arm.v_max, speed * arm.a_max, settings.period_s, [&](Stops those) {
+  const double alone_s = stop_alone_s(settings.period_s);
+  auto motion = time_optimal(
+      path, speed * arm.v_max, speed * arm.a_max, settings.period_s,
+      [&](Stops those) {
         those.v0 *= kPace;
         those.v1 *= kPace;
         those.a = arm.a_max;
         those.delay_s = stop_delay_s(arm, settings.period_s) / kPace;
+        those.alone_s = alone_s;
         return stops.certify_stops(those);
-      });
+      },
+      kPace * alone_s);
   if (!motion) return std::nullopt;
-  return PlannedMotion{phase, path.curves(), obstacles, std::move(*motion), path.length()};
+  return PlannedMotion{phase,         path.curves(), obstacles, std::move(*motion),
+                       path.length(), margin_m};
 }
 
 std::optional<std::vector<Eigen::VectorXd>> straight_way(const kin::ArmModel& arm,

@@ -76,7 +76,9 @@ struct Task {
 struct TaskSettings {
   RoadmapSettings roadmap;
   SearchSettings search;
-  double margin_m = 0.002;   ///< least distance of all safety balls [m]
+  double margin_m = 0.002;  ///< least distance of all safety balls [m]
+  /// the same where there is room: tried first, for what is not where it is seen [m]
+  double wide_margin_m = 0.01;
   double approach_m = 0.09;  ///< straight way to and from the object [m]
   double lift_m = 0.05;      ///< straight up after the grasp, straight down before the release [m]
   double precision_depth_m =
@@ -100,21 +102,27 @@ struct PlannedMotion {
   Obstacles obstacles;                  ///< obstacles that `curves` are certified against
   JointTrajectory trajectory;
   double length_rad = 0.0;  ///< of the path
+  double margin_m = 0.0;    ///< of the certificate of `curves` [m]
 };
 
 /// Stops that leave the path keep this share of the margin [1].
 inline constexpr double kStopMargin = 0.5;
 /// In this time after the last set-point drives may begin to stop by themselves [s].
 double stop_delay_s(const kin::ArmModel& arm, double period_s);
+/// A drive may stand or slow down so long before the others do: two SYNCs that it leaves
+/// unanswered, the cycle in which the bridge learns it, and the one in which the others hear of it
+/// [s].
+inline double stop_alone_s(double period_s) { return 4.0 * period_s; }
 
 /// The motion through `waypoints`, whose lines are certified: corners rounded, timed within `speed`
 /// (share of the model's limits) so that it can be stopped everywhere. Empty if it cannot, however
 /// slow it is.
 /// @param waypoints  at least two that differ
+/// @param margin_m   of the path; settings.margin_m if that is more [m]
 std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
                                           const std::vector<Eigen::VectorXd>& waypoints,
                                           const Obstacles& obstacles, double speed,
-                                          const TaskSettings& settings);
+                                          const TaskSettings& settings, double margin_m = 0.0);
 
 /// All motions of the task, complete before the first one starts. The hand closes after the
 /// approach and opens before the retreat.

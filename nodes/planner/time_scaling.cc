@@ -103,21 +103,64 @@ std::vector<double> fastest(const std::vector<GridPoint>& grid, const Eigen::Vec
   return speed;
 }
 
-/// Lowers x_max where the motion could not be stopped at `speed`. False if no speed is low enough.
-bool slow_down(const SmoothPath& path, const std::vector<double>& speed, const Stoppable& stoppable,
-               std::vector<GridPoint>& grid) {
+/// The way that the motion has gone within a time before a grid point, and the largest q'' there.
+struct Behind {
+  double way = 0.0, bend = 0.0;
+  bool stop = false;  // it stood meanwhile, at a corner that it keeps
+};
+
+Behind behind(const std::vector<GridPoint>& grid, const std::vector<double>& speed, std::size_t i,
+              double time_s) {
+  Behind past;
+  for (; i > 0 && time_s > 0.0; --i) {
+    past.bend = std::max({past.bend, grid[i].ddq.norm(), grid[i - 1].ddq.norm()});
+    past.stop = past.stop || grid[i].x_max == 0.0;
+    const double ds = grid[i].s - grid[i - 1].s, sum = speed[i] + speed[i - 1];
+    const double u = (speed[i] * speed[i] - speed[i - 1] * speed[i - 1]) / (2.0 * ds);
+    if (sum * time_s <= 2.0 * ds) {
+      past.way += (speed[i] - 0.5 * u * time_s) * time_s;
+      break;
+    }
+    past.way += ds;
+    time_s -= 2.0 * ds / sum;
+  }
+  return past;
+}
+
+/// Lowers x_max where the motion could not be stopped at `speed`, which is the fastest. False if no
+/// speed is low enough.
+bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::VectorXd& a_max,
+               const Stoppable& stoppable, double alone_s, std::vector<GridPoint>& grid) {
   constexpr double kSlower = 0.85, kLeast_rad_s = 0.01;
   Stops stops;
   stops.q1 = path.at(0.0).q;
   for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
     const double ds = grid[i + 1].s - grid[i].s;
+    // What had to be slower before is not yet as fast here.
+    const double x = speed[i] * speed[i];
+    const Interval u = accelerations(grid[i], grid[i + 1], x, speed[i + 1] * speed[i + 1], a_max);
+    if (!u.empty())
+      speed[i + 1] = std::min(speed[i + 1], std::sqrt(std::max(0.0, x + 2.0 * u.hi * ds)));
     stops.q0 = stops.q1;
     stops.q1 = path.at(grid[i + 1].s).q;
     stops.bow_rad = std::max(grid[i].ddq.norm(), grid[i + 1].ddq.norm()) * ds * ds / 8.0;
     for (double s_dot = std::max(speed[i], speed[i + 1]);; s_dot *= kSlower) {
-      stops.v0 = s_dot * grid[i].dq;
       stops.v1 = s_dot * grid[i + 1].dq;
-      for (const std::size_t k : {i, i + 1}) grid[k].x_max = std::min(grid[k].x_max, s_dot * s_dot);
+      // A line may begin at a kept corner, where q' is that of the line before.
+      stops.v0 = stops.bow_rad == 0.0 ? stops.v1 : Eigen::VectorXd(s_dot * grid[i].dq);
+      for (const std::size_t k : {i, i + 1}) {
+        speed[k] = std::min(speed[k], s_dot);
+        grid[k].x_max = std::min(grid[k].x_max, speed[k] * speed[k]);
+      }
+      if (alone_s > 0.0) {
+        const Behind one = behind(grid, speed, i, alone_s),
+                     two = behind(grid, speed, i + 1, alone_s);
+        const double way = std::max(one.way, two.way);
+        stops.before0 = path.at(std::max(0.0, grid[i].s - way)).q;
+        stops.before1 = grid[i].s < way ? stops.before0 : path.at(grid[i + 1].s - way).q;
+        stops.before_bow_rad =
+            one.stop ? way : std::max(one.bend, two.bend) * (way + ds) * (way + ds) / 8.0;
+      }
       if (stoppable(stops)) break;
       if (s_dot < kLeast_rad_s) return false;
     }
@@ -158,9 +201,10 @@ JointTrajectory sampled(const SmoothPath& path, const std::vector<GridPoint>& gr
 std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
                                             const Eigen::VectorXd& v_max_rad_s,
                                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
-                                            const Stoppable& stoppable) {
+                                            const Stoppable& stoppable, double alone_s) {
   std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
-  if (!slow_down(path, fastest(grid, a_max_rad_s2), stoppable, grid)) return std::nullopt;
+  if (!slow_down(path, fastest(grid, a_max_rad_s2), a_max_rad_s2, stoppable, alone_s, grid))
+    return std::nullopt;
   return sampled(path, grid, fastest(grid, a_max_rad_s2), period_s);
 }
 

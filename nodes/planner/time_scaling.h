@@ -29,12 +29,13 @@ using Stoppable = std::function<bool(const Stops&)>;
 /// 2 u Δs from one grid point to the next (u constant between). Backwards from the end: the largest
 /// x from which the rest can be driven; then forwards: the largest u that stays below it.
 /// (Reachability analysis on the phase plane, Pham & Pham 2018.) Where `stoppable` refuses the
-/// speed, x is lowered until it agrees. The duration is then stretched to a whole number of
+/// speed, x is lowered until it agrees; it is told where the motion was `alone_s` before (0: not).
+/// The duration is then stretched to a whole number of
 /// periods. O(grid points × n × bisections). Empty if not even a slow motion can be stopped.
 std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
                                             const Eigen::VectorXd& v_max_rad_s,
                                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
-                                            const Stoppable& stoppable);
+                                            const Stoppable& stoppable, double alone_s = 0.0);
 /// The same without stops.
 JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
                              const Eigen::VectorXd& a_max_rad_s2, double period_s);

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <array>
 #include <cstring>
-#include <functional>
 #include <string>
 #include <string_view>
 
@@ -284,7 +283,8 @@ VisionNode::VisionNode(const Params& params, const std::optional<image::Rig>& ri
       wait_(runtime::from_seconds(params.wait_s)),
       blind_(runtime::from_seconds(params.blind_s)),
       watcher_(setup_),
-      frozen_s_(params.frozen_s),
+      left_check_(params.frozen_s),
+      right_check_(params.frozen_s),
       calibrated_by_(rig ? params.rig : "view.width_px, height_px"),
       rig_days_(params.rig_days),
       in_(bus, "image"),
@@ -353,8 +353,10 @@ const foxglove::RawImage* VisionNode::due(runtime::Time now) {
   return left;
 }
 
-/// Takes over the pixels if the message is an image of the calibrated camera.
-bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera) {
+/// Takes over the pixels if the message is an image of the calibrated camera that shows anything,
+/// and anything new.
+bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera,
+                        FrameCheck& check) {
   if (m.encoding() != "bgr8" && m.encoding() != "rgb8" && !is_yuyv(m)) {
     refuse(fmt::format("encoding '{}' is not read, expected bgr8, rgb8 or yuyv", m.encoding()));
     return false;
@@ -384,17 +386,8 @@ bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera
                        m.width(), m.height(), m.encoding()));
     return false;
   }
-  // What a lost packet leaves of a frame; all of it empty is black.
-  const auto empty = [&](std::uint64_t v) {
-    return std::string_view(m.data()).substr(v * m.step(), row).find_first_not_of('\0') ==
-           std::string_view::npos;
-  };
-  std::uint64_t whole = height;
-  while (whole > 0 && empty(whole - 1)) --whole;
-  if (whole > 0 && height - whole > height / 50) {
-    refuse(fmt::format("torn: the last {} of {} rows are empty", height - whole, height));
-    return false;
-  }
+  const auto fault = check.fault(std::string_view(m.data()).substr(0, height * m.step()), height,
+                                 runtime::to_seconds(stamp_of(m)));
   image_.width = yuyv_.width = width_px;
   image_.height = yuyv_.height = height_px;
   std::vector<std::uint8_t>& bytes = is_yuyv(m) ? yuyv_.bytes : image_.bgr;
@@ -406,43 +399,28 @@ bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera
     for (std::size_t i = 0; i < image_.bgr.size(); i += 3)
       std::swap(image_.bgr[i], image_.bgr[i + 2]);
   }
-  return true;
-}
-
-/// Whether the image that was taken over shows anything, and anything new.
-bool VisionNode::alive(const foxglove::RawImage& m) {
   constexpr double kBlack = 8.0;
-  constexpr int kSame = 10;  // pictures: fewer are no stream
   const double brightest = (is_yuyv(m) ? median_bgr(yuyv_) : median_bgr(image_)).maxCoeff();
   if (brightest < kBlack) {
     refuse(fmt::format("black (median {:.0f} of 255, expected {:.0f} or more): lens or light",
                        brightest, kBlack));
     return false;
   }
-  const std::size_t hash = std::hash<std::string_view>()(m.data());
-  const runtime::Time stamp = stamp_of(m);
-  if (hash != picture_hash_) {
-    same_since_ = stamp;
-    same_ = 0;
-  }
-  picture_hash_ = hash;
-  const double same_s = runtime::to_seconds(stamp - same_since_);
-  if (frozen_s_ == 0.0 || ++same_ < kSame || same_s < frozen_s_) return true;
-  refuse(fmt::format("the same for {:.1f} s, to the last bit: the camera hangs", same_s));
-  return false;
+  if (fault) refuse(*fault);
+  return !fault;
 }
 
 /// Cameras that were swapped or moved, or a calibration of others, leave things without partners.
-void VisionNode::check_rig() {
+bool VisionNode::rig_fits() {
   constexpr int kMany = 2, kLong = 30;  // classes, pictures
   const StereoScene* stereo = watcher_->stereo();
-  if (stereo == nullptr) return;
   unmatched_ = stereo->unmatched() >= kMany ? unmatched_ + 1 : 0;
-  if (unmatched_ < kLong) return;
+  if (unmatched_ < kLong) return true;
   refuse(
       fmt::format("{} classes of things are in both pictures, but not in one place by {}: are the "
                   "cameras swapped or moved, or the calibration that of others?",
                   stereo->unmatched(), calibrated_by_));
+  return false;
 }
 
 void VisionNode::step(runtime::Time now) {
@@ -454,26 +432,42 @@ void VisionNode::step(runtime::Time now) {
 
 void VisionNode::look(const foxglove::RawImage& left) {
   const foxglove::RawImage* right = partner_of(left);
-  if (right != nullptr && accept(*right, *watcher_->right_camera()))
+  if (right != nullptr) {
+    if (!accept(*right, *watcher_->right_camera(), right_check_)) return;
     is_yuyv(*right) ? watcher_->watch_right(yuyv_) : watcher_->watch_right(image_);
-  if (!accept(left, watcher_->camera()) || !alive(left)) return;
+  }
+  if (!accept(left, watcher_->camera(), left_check_)) return;
   looked_ = stamp_of(left);
   const auto stamp_ns = static_cast<std::uint64_t>(looked_.count());
   if (lesson_ && !is_yuyv(left) && stamp_ns >= lesson_->header().stamp_ns()) take_lesson();
   is_yuyv(left) ? watcher_->watch(yuyv_) : watcher_->watch(image_);
-  if (right != nullptr) check_rig();
-  publish(looked_);
+  const bool fits = right == nullptr || rig_fits();
+  publish(looked_, fits);
 }
 
 constexpr std::chrono::milliseconds kSeenPeriod{80};  // of drawings
 
-void VisionNode::publish(runtime::Time stamp) {
+/// Without a hand for long nothing is being shown: said once.
+void VisionNode::miss_hand(runtime::Time stamp) {
+  constexpr runtime::Time kLong = std::chrono::seconds(5);
+  const bool seen = watcher_->blob(Kind::hand).found();
+  if (seen || !handless_since_) handless_since_ = stamp;
+  if (seen || stamp - *handless_since_ < kLong) {
+    handless_told_ = handless_told_ && !seen;
+  } else if (!handless_told_) {
+    runtime::info("no hand is seen: no symbols are told");
+    handless_told_ = true;
+  }
+}
+
+void VisionNode::publish(runtime::Time stamp, bool fits) {
   auto blobs = blobs_message(*watcher_);
   blobs_.send(blobs, stamp);
-  if (!watcher_->two_hands()) {
+  miss_hand(stamp);
+  if (fits && !watcher_->two_hands()) {
     auto observation = observation_message(watcher_->action());
     observation_.send(observation, stamp);
-  } else if (withheld_.pass()) {
+  } else if (fits && withheld_.pass()) {
     runtime::warn("two hands are seen, expected one: symbols withheld");
   }
   auto scene = scene_message(*watcher_);

@@ -2,6 +2,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
+#include "nodes/vision/frame_check.h"
 #include "nodes/vision/robot_table.h"
 #include "nodes/vision/table_watcher.h"
 #include "proto/foxglove/image.pb.h"
@@ -54,12 +55,12 @@ class VisionNode {
   /// The left image to be looked at now; null if there is none, or its partner may still come.
   const foxglove::RawImage* due(runtime::Time now);
   const foxglove::RawImage* partner_of(const foxglove::RawImage& left);
-  bool accept(const foxglove::RawImage& message, const image::Camera& camera);
-  bool alive(const foxglove::RawImage& accepted);
-  void check_rig();
+  bool accept(const foxglove::RawImage& message, const image::Camera& camera, FrameCheck& check);
+  bool rig_fits();
+  void miss_hand(runtime::Time stamp);
   void refuse(const std::string& why);
   void look(const foxglove::RawImage& left);
-  void publish(runtime::Time stamp);
+  void publish(runtime::Time stamp, bool fits);
   void publish_table(runtime::Time now);
   void miss_table(const std::string& why, runtime::Time stamp);
 
@@ -75,10 +76,9 @@ class VisionNode {
   int table_version_ = -1;                 ///< of the things it shows
   runtime::Time looked_{};                 ///< stamp of the newest image looked at
   bool waiting_ = false;                   ///< an image that was not looked at
-  double frozen_s_;
-  std::size_t picture_hash_ = 0;       ///< of the newest image
-  runtime::Time same_since_{};         ///< stamp of the first image that was like it
-  int same_ = 0;                       ///< images in a row that were like it
+  FrameCheck left_check_, right_check_;
+  std::optional<runtime::Time> handless_since_;  ///< since then no hand is seen
+  bool handless_told_ = false;
   int unmatched_ = 0;                  ///< pairs in a row in which things do not match
   std::string calibrated_by_;          ///< what gave the camera, for messages
   std::optional<int> calibrated_day_;  ///< since 1970; nothing if any age will do

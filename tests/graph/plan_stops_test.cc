@@ -2,7 +2,7 @@
 // planner falls silent, the bridge dies, waits or is told to end, drives, wires and controllers
 // fail, somebody presses the emergency stop. Whatever brakes the arm, it touches nothing until it
 // is at rest. Judged by the drives' own positions every half cycle. MIMESIS_STOPS: number of
-// trials.
+// trials; MIMESIS_STOPS_SEED: other ones.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -91,9 +91,10 @@ class Cell {
     return !playback_.at_rest();
   }
   /// Lets it come to rest, or go on to the end of the motion if the event does not matter.
-  Stopped stop(Event event, std::mt19937& random, planner::CollisionChecker& judge) {
+  Stopped stop(Event event, std::mt19937& random, planner::CollisionChecker& judge,
+               std::optional<std::size_t> which = {}) {
     const auto share = [&] { return static_cast<double>(random() % 1000 + 1) / 1000.0; };
-    const auto some = static_cast<std::size_t>(random() % 7);
+    const auto some = which.value_or(static_cast<std::size_t>(random() % 7));
     int waits = 0;
     begin(event, some, share, waits, random);
     const bool driver_lives = event != Event::bridge_dies && event != Event::bridge_ends;
@@ -208,25 +209,58 @@ class Cell {
   Time now_ = 1s;
 };
 
-TEST(PlanStops, TouchNothingWheneverAndHoweverTheArmIsStopped) {
+int number_of(const char* variable, int otherwise) {
+  const char* asked = std::getenv(variable);
+  return asked != nullptr ? std::atoi(asked) : otherwise;
+}
+
+/// Of the demo's three tasks.
+std::vector<planner::PlannedMotion> planned_motions(const kin::ArmModel& arm) {
   using planner::Grip, planner::Transport;
-  const char* asked = std::getenv("MIMESIS_STOPS");
-  const int trials = asked != nullptr ? std::atoi(asked) : 200;
-  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
   const kin::Table table = model::load_table("bridge_table.yaml");
   const planner::TaskSettings settings;
   const planner::Roadmap roadmap = planner::prepare_roadmap(arm, table, settings);
-  std::mt19937 random(1);
-  int touched = 0, moving = 0;
-  std::array<std::tuple<int, int, double, int>, kEvents.size()> rows{};
   std::vector<planner::PlannedMotion> motions;
   for (const planner::Task& task : {planner::Task{Grip::precision, Transport::above, "high"},
                                     planner::Task{Grip::full, Transport::below, "low"},
                                     planner::Task{Grip::full, Transport::below, "high"}}) {
     const auto plan = planner::plan_task(arm, table, roadmap, arm.home, task, settings);
-    ASSERT_TRUE(plan) << plan.error().reason;
-    motions.insert(motions.end(), plan->motions.begin(), plan->motions.end());
+    EXPECT_TRUE(plan) << plan.error().reason;
+    if (plan) motions.insert(motions.end(), plan->motions.begin(), plan->motions.end());
   }
+  return motions;
+}
+
+/// Each of the drives, while the others go on until the bridge knows.
+TEST(PlanStops, TouchNothingWhereverOneDriveHangs) {
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  const auto motions = planned_motions(arm);
+  std::mt19937 random(1);
+  constexpr Eigen::Index kPlaces = 12;
+  for (std::size_t m = 0; m < motions.size(); ++m) {
+    const bool carries =
+        motions[m].phase == planner::Phase::transport && motions[m].obstacles.supports.empty();
+    if (!carries) continue;
+    planner::CollisionChecker judge(arm, motions[m].obstacles, 0.0);
+    for (Eigen::Index place = 1; place < kPlaces; ++place) {
+      for (std::size_t drive = 0; drive < 7; ++drive) {
+        Cell cell(arm, motions[m]);
+        const Eigen::Index k = place * motions[m].trajectory.samples() / kPlaces;
+        for (Eigen::Index i = 0; i < k; ++i) cell.play();
+        EXPECT_FALSE(cell.stop(Event::drive_hangs, random, judge, drive).touched)
+            << "motion " << m << ", sample " << k << ", drive " << drive;
+      }
+    }
+  }
+}
+
+TEST(PlanStops, TouchNothingWheneverAndHoweverTheArmIsStopped) {
+  const int trials = number_of("MIMESIS_STOPS", 200);
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  const std::vector<planner::PlannedMotion> motions = planned_motions(arm);
+  std::mt19937 random(static_cast<unsigned>(number_of("MIMESIS_STOPS_SEED", 1)));
+  int touched = 0, moving = 0;
+  std::array<std::tuple<int, int, double, int>, kEvents.size()> rows{};
   Eigen::Index samples = 0;
   for (const auto& motion : motions) samples += motion.trajectory.samples();
   for (int trial = 0; trial < trials; ++trial) {

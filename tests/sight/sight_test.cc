@@ -214,6 +214,33 @@ TEST(Sight, StartsAnewWithTheSecondDemonstration) {
   EXPECT_EQ(watcher.action().transport().value, vision::Transport::above);
 }
 
+/// A tear that nothing tells, rows of the picture before below any row, changes no symbol.
+TEST(Sight, TearsAreHarmless) {
+  std::mt19937 random(2929);
+  for (const int k : {1, 6}) {
+    camera::Picture picture;
+    picture.script.lesson = lesson(k);
+    camera::Renderer renderer(picture);
+    vision::TableWatcher watcher{vision::WatcherSetup{}};
+    image::Image frame, before;
+    for (double t = 0.0; t < renderer.end_s() + 0.3; t += kFrame) {
+      renderer.render(t, frame);
+      image::Image torn = frame;
+      if (!before.bgr.empty() && random() % 4 == 0) {
+        const auto from = static_cast<std::ptrdiff_t>(3 * 640 * (random() % 480));
+        std::copy(before.bgr.begin() + from, before.bgr.end(), torn.bgr.begin() + from);
+      }
+      watcher.watch(torn);
+      before = frame;
+    }
+    const vision::ActionRecognizer& action = watcher.action();
+    EXPECT_EQ(action.grip().value, expected(picture.script.lesson.grip));
+    EXPECT_EQ(action.transport().value == vision::Transport::above, k == 1);
+    EXPECT_EQ(action.goal().value == vision::Goal::high, k == 6);
+    EXPECT_TRUE(action.complete());
+  }
+}
+
 TEST(Renderer, IsAPureFunctionOfTimeAndSeed) {
   camera::Picture picture;
   camera::Renderer a(picture), b(picture);

@@ -1,12 +1,10 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <fstream>
 
 #include "common/image/image_file.h"
-#include "common/image/pinhole.h"
 
 namespace mimesis::image {
 namespace {
@@ -76,39 +74,6 @@ TEST_F(ImageFile, RefusesTruncatedFiles) {
       EXPECT_FALSE(read_image(path)) << name << " " << part;
     }
   }
-}
-
-TEST(Pinhole, ProjectsItsTargetToTheMiddleAndKeepsUpAndRight) {
-  const Pinhole camera{View{}};
-  const View view;
-  const Eigen::Vector3d target(view.target_m[0], view.target_m[1], view.target_m[2]);
-  EXPECT_NEAR((camera.project(target) - Eigen::Vector2d(319.5, 239.5)).norm(), 0.0, 1e-9);
-  EXPECT_GT(camera.project(target + Eigen::Vector3d(0.1, 0, 0)).x(), 319.5);
-  EXPECT_LT(camera.project(target + Eigen::Vector3d(0, 0.1, 0)).y(), 239.5);
-  EXPECT_LT(camera.depth(target + Eigen::Vector3d(0, 0, 0.1)), camera.depth(target));
-  EXPECT_NEAR((camera.R_CT() * camera.R_CT().transpose() - Eigen::Matrix3d::Identity()).norm(), 0.0,
-              1e-12);
-  EXPECT_NEAR(camera.R_CT().determinant(), 1.0, 1e-12);
-}
-
-TEST(Pinhole, FindsPointsOfThePlaneOfMotionAgain) {
-  const Pinhole camera{View{}};
-  for (const double x : {-0.4, -0.1, 0.0, 0.3}) {
-    for (const double y : {0.0, 0.12, 0.4}) {
-      const Eigen::Vector2d pixel = camera.project({x, y, 0.0});
-      const auto p = camera.on_plane(pixel.x(), pixel.y());
-      ASSERT_TRUE(p);
-      EXPECT_NEAR(p->x(), x, 1e-9);
-      EXPECT_NEAR(p->y(), y, 1e-9);
-    }
-  }
-}
-
-TEST(Pinhole, RefusesAViewWithoutDirection) {
-  View view;
-  view.eye_m = {0.0, 1.0, 0.0};
-  view.target_m = {0.0, 0.0, 0.0};
-  EXPECT_THROW(Pinhole{view}, ConfigError);
 }
 
 }  // namespace

@@ -58,21 +58,37 @@ TEST(Lens, TellsADistortionThatFolds) {
   EXPECT_FALSE(folded.folds());
 }
 
-TEST(Camera, OfAViewIsThePinholeToTheLastBit) {
+TEST(Camera, ProjectsItsTargetToTheMiddleAndKeepsUpAndRight) {
+  const Camera camera{View{}};
   const View view;
-  const Pinhole pinhole(view);
-  const Camera camera(view);
-  std::mt19937 random(2);
-  std::uniform_real_distribution<double> place(-0.5, 0.5);
-  for (int i = 0; i < 100; ++i) {
-    const Vector3d p(place(random), place(random), place(random));
-    EXPECT_EQ(camera.project(p), pinhole.project(p));
-    EXPECT_EQ(camera.depth(p), pinhole.depth(p));
-    EXPECT_EQ(camera.scale(p), pinhole.scale(p));
-    const Vector2d pixel = pinhole.project(p);
-    EXPECT_EQ(camera.ray(pixel.x(), pixel.y()), pinhole.ray(pixel.x(), pixel.y()));
-    EXPECT_EQ(camera.on_plane(pixel.x(), pixel.y()), pinhole.on_plane(pixel.x(), pixel.y()));
+  const Vector3d target(view.target_m[0], view.target_m[1], view.target_m[2]);
+  EXPECT_NEAR((camera.project(target) - Vector2d(319.5, 239.5)).norm(), 0.0, 1e-9);
+  EXPECT_GT(camera.project(target + Vector3d(0.1, 0, 0)).x(), 319.5);
+  EXPECT_LT(camera.project(target + Vector3d(0, 0.1, 0)).y(), 239.5);
+  EXPECT_LT(camera.depth(target + Vector3d(0, 0, 0.1)), camera.depth(target));
+  EXPECT_NEAR((camera.R_CT() * camera.R_CT().transpose() - Eigen::Matrix3d::Identity()).norm(), 0.0,
+              1e-12);
+  EXPECT_NEAR(camera.R_CT().determinant(), 1.0, 1e-12);
+}
+
+TEST(Camera, FindsPointsOfThePlaneOfMotionAgain) {
+  const Camera camera{View{}};
+  for (const double x : {-0.4, -0.1, 0.0, 0.3}) {
+    for (const double y : {0.0, 0.12, 0.4}) {
+      const Vector2d pixel = camera.project({x, y, 0.0});
+      const auto p = camera.on_plane(pixel.x(), pixel.y());
+      ASSERT_TRUE(p);
+      EXPECT_NEAR(p->x(), x, 1e-9);
+      EXPECT_NEAR(p->y(), y, 1e-9);
+    }
   }
+}
+
+TEST(Camera, RefusesAViewWithoutDirection) {
+  View view;
+  view.eye_m = {0.0, 1.0, 0.0};
+  view.target_m = {0.0, 0.0, 0.0};
+  EXPECT_THROW(Camera{view}, ConfigError);
 }
 
 TEST(Triangulate, FindsThePointAndAnHonestCovariance) {

@@ -21,7 +21,7 @@ TEST(HandWorld, IsAFunctionOfSeedAndFrame) {
   EXPECT_NE(first.bgr, other.bgr);
 }
 
-TEST(HandWorld, StandsWhereThePinholeOfItsViewSeesIt) {
+TEST(HandWorld, StandsWhereTheCameraOfItsViewSeesIt) {
   // The palm hides what is behind it, in both pictures at the pixel of the calibrated camera.
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     HandWorldSetup with;
@@ -31,7 +31,7 @@ TEST(HandWorld, StandsWhereThePinholeOfItsViewSeesIt) {
     HandWorld world(with);
     const HandTruth hand = world.truth(0);
     for (int k = 0; k < 2; ++k) {
-      const image::Pinhole camera(world.view(k));
+      const image::Camera camera(world.view(k));
       image::Image here, later;
       world.render(0, k, here);
       const Eigen::Vector2d palm = camera.project(hand.palm_T);

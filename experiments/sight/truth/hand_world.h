@@ -2,7 +2,7 @@
 #include <optional>
 
 #include "common/image/image.h"
-#include "common/image/pinhole.h"
+#include "common/image/rig.h"
 #include "experiments/sight/truth/hand_mesh.h"
 
 namespace mimesis::truth {

@@ -98,7 +98,7 @@ TEST(TeacherMotion, StaysAtTheObjectIfOnlyTheGraspIsShown) {
 }
 
 TEST(RayScene, MeetsBoxCylinderAndTableWhereTheyAre) {
-  RayScene scene(true);
+  RayScene scene{Room{}};
   scene.add_box({0.0, 0.5, 0.0}, {0.1, 0.1, 0.1}, Bgr(1, 2, 3));
   scene.add_cylinder({1.0, 0.0, 0.0}, 0.2, 0.6, Bgr(4, 5, 6), Bgr(7, 8, 9));
   const auto box = scene.trace({0.0, 0.5, 2.0}, -Eigen::Vector3d::UnitZ());

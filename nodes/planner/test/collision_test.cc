@@ -278,7 +278,7 @@ TEST(Certificate, OfStopsIsNeverContradictedByDenseSampling) {
         }
       }
     }
-    if (checker.certify_stops({q0, v, q1, v, arm.a_max, 0.025})) {
+    if (checker.certify_stops({q0, v, q1, v, arm.a_max, 0.025, 0.0, 0.0, {}, {}})) {
       ++certified;
       ASSERT_GE(least, kMargin) << i;
     } else {
@@ -288,6 +288,53 @@ TEST(Certificate, OfStopsIsNeverContradictedByDenseSampling) {
   }
   EXPECT_GT(certified, 40);
   EXPECT_GT(refused, 10);
+  EXPECT_LE(refused_for_nothing, 1);
+}
+
+/// One joint stands or brakes sooner than the others, or later.
+TEST(Certificate, OfStopsOfOneDriveAloneIsNeverContradictedByDenseSampling) {
+  const auto arm = model::load_arm("lwr4.yaml");
+  const Obstacles obstacles = bridge();
+  CollisionChecker checker(arm, obstacles, kMargin);
+  const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 120, 13),
+                        shares = sample_box(-arm.v_max, arm.v_max, 120, 14);
+  constexpr double kAlone = 0.02;
+  int certified = 0, only_together = 0, refused_for_nothing = 0;
+  for (Eigen::Index i = 0; i < postures.cols(); ++i) {
+    const Eigen::VectorXd v = 0.6 * shares.col(i), q0 = postures.col(i), q1 = q0 + 0.01 * v;
+    double least = 1e9;
+    for (const double w : {0.0, 0.5, 1.0}) {
+      const Eigen::VectorXd q = q0 + w * (q1 - q0);
+      for (double t = 0.0; t < 0.3; t += 0.03) {
+        const Eigen::VectorXd others = stopping(q, v, arm.a_max, t);
+        for (Eigen::Index j = 0; j < v.size(); ++j) {
+          Eigen::VectorXd one = others;
+          for (const double sooner : {-kAlone, -0.5 * kAlone, 0.0, kAlone}) {
+            const Eigen::VectorXd there = q - sooner * v;
+            one[j] = there[j];  // it stands
+            least = std::min(least, clearance(arm, obstacles, one));
+            one[j] = stopping(there, v, arm.a_max, t)[j];
+            least = std::min(least, clearance(arm, obstacles, one));
+          }
+        }
+      }
+    }
+    Stops stops{q0, v, q1, v, arm.a_max, 0.0, 0.0, 0.0, {}, {}};
+    const bool together = checker.certify_stops(stops);
+    stops.alone_s = kAlone;
+    stops.before0 = q0 - kAlone * v;
+    stops.before1 = q1 - kAlone * v;
+    if (checker.certify_stops(stops)) {
+      ++certified;
+      ASSERT_TRUE(together);
+      ASSERT_GE(least, kMargin) << i;
+    } else {
+      only_together += together;
+      refused_for_nothing += least > kMargin + 5e-3;
+    }
+  }
+  EXPECT_GT(certified, 40);
+  EXPECT_GT(only_together, 0);
   EXPECT_LE(refused_for_nothing, 1);
 }
 

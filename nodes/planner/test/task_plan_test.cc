@@ -210,12 +210,31 @@ TEST(TaskPlan, CanBeStoppedByTheDrivesEverywhere) {
                 q.array() + v.array() * t - 0.5 * v.array().sign() * d.arm.a_max.array() * t * t;
             farthest_rad = std::max(farthest_rad, (stopping - q).norm());
             expect_free(stopping, held);
+            // One drive hung up to 20 ms ago, before the others were told.
+            for (Eigen::Index j = 0; j < q.size() && k % 8 == 0 && part % 4 == 0; ++j) {
+              Eigen::VectorXd one = stopping;
+              one[j] = motion.trajectory.position(j, std::max<Eigen::Index>(0, k - 4));
+              expect_free(one, held);
+            }
           }
         }
       }
     }
     EXPECT_GT(farthest_rad, 0.1) << "it does move";
   }
+}
+
+TEST(TaskPlan, KeepsAWiderDistanceWhereThereIsRoom) {
+  Demo d = demo();
+  const auto wide = d.plan(kBelowLow);
+  d.settings.wide_margin_m = 0.0;
+  const auto narrow = d.plan(kBelowLow);
+  ASSERT_TRUE(wide && narrow);
+  const PlannedMotion& transport = wide->motions[3];
+  ASSERT_EQ(transport.margin_m, 0.01);
+  CollisionChecker checker(d.arm, transport.obstacles, 0.01);
+  for (const auto& curve : transport.curves) EXPECT_TRUE(checker.certify_curve(curve));
+  for (const auto& motion : narrow->motions) EXPECT_EQ(motion.margin_m, d.settings.margin_m);
 }
 
 TEST(TaskPlan, TellsWhatIsInTheWayOfOtherCombinations) {

@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <random>
 
 #include "common/error.h"
 #include "common/model/rig_file.h"
+#include "common/runtime/log.h"
 #include "common/testing/loopback.h"
 
 namespace mimesis::vision {
@@ -97,30 +99,6 @@ TEST(VisionNode, ReadsACamerasYuyv) {
   bus.send("image", m, 4s);
   node.step(4s);
   EXPECT_FALSE(bus.take<v1::Blobs>("blobs"));
-}
-
-TEST(VisionNode, WithholdsSymbolsBeforeTwoHands) {
-  testing::Loopback bus;
-  VisionNode node(params(), bus);
-  const auto seen = [&](const std::vector<std::size_t>& hands) {
-    foxglove::RawImage m = picture("bgr8");
-    for (const std::size_t left : hands) {
-      for (std::size_t v = 50; v < 90; ++v) {
-        for (std::size_t u = left; u < left + 60; ++u) {
-          const std::array<int, 3> skin{116, 152, 220};
-          for (std::size_t c = 0; c < 3; ++c)
-            (*m.mutable_data())[3 * (640 * v + u) + c] = static_cast<char>(skin[c]);
-        }
-      }
-    }
-    bus.send("image", m, 1s);
-    node.step(1s);
-    EXPECT_TRUE(bus.take<v1::Blobs>("blobs"));
-    return bus.take<v1::Observation>("observation").has_value();
-  };
-  EXPECT_TRUE(seen({200}));
-  EXPECT_FALSE(seen({200, 400}));
-  EXPECT_TRUE(seen({200}));
 }
 
 TEST(VisionNode, LooksAtNoImageTwice) {
@@ -230,9 +208,10 @@ TEST_F(VisionRig, RefusesImagesLongAfterTheCalibration) {
 }
 
 /// Two cameras 0.3 m apart and the table before them, as a camera node tells it.
-v1::CameraRig rig_message() {
+v1::CameraRig rig_message(double aims_higher_m = 0.0) {
   image::View left, right;
   right.eye_m[0] += 0.3;
+  right.target_m[1] += aims_higher_m;
   image::Rig rig;
   rig.date = "2026-01-01";
   rig.board = "none";
@@ -244,26 +223,28 @@ v1::CameraRig rig_message() {
   return message;
 }
 
-/// What each of them sees of a green cylinder in the plane of motion.
-foxglove::RawImage picture_of_cylinder(int side) {
-  image::View view;
-  view.eye_m[0] += 0.3 * side;
-  const image::Camera camera{view};
-  foxglove::RawImage m = picture("bgr8");
-  std::string data(3 * 640 * 480, '\x96');
-  const Eigen::Vector3d low = camera.in_camera({-0.1, 0.0, 0.0}),
-                        high = camera.in_camera({-0.1, 0.09, 0.0});
-  const Eigen::Vector2d a = camera.lens().project(low), b = camera.lens().project(high);
-  const double half = 0.025 * camera.scale({-0.1, 0.045, 0.0});
+/// Paints what a camera sees of a cylinder in the plane of motion.
+void paint_cylinder(const image::Camera& camera, double x, const std::array<int, 3>& bgr,
+                    std::string& data) {
+  const Eigen::Vector2d a = camera.project({x, 0.0, 0.0}), b = camera.project({x, 0.09, 0.0});
+  const double half = 0.025 * camera.scale({x, 0.045, 0.0});
   for (int v = static_cast<int>(b.y()); v < static_cast<int>(a.y()); ++v) {
     const double share = (v - a.y()) / (b.y() - a.y()), u = a.x() + share * (b.x() - a.x());
     for (int k = static_cast<int>(u - half); k <= static_cast<int>(u + half); ++k) {
       const auto at = 3 * static_cast<std::size_t>(640 * v + k);
-      data[at] = static_cast<char>(80);
-      data[at + 1] = static_cast<char>(200);
-      data[at + 2] = static_cast<char>(70);
+      for (std::size_t c = 0; c < 3; ++c) data[at + c] = static_cast<char>(bgr[c]);
     }
   }
+}
+
+/// What each of them sees of a green cylinder, and of a violet one if there is.
+foxglove::RawImage picture_of_cylinder(int side, bool violet = false) {
+  image::View view;
+  view.eye_m[0] += 0.3 * side;
+  foxglove::RawImage m = picture("bgr8");
+  std::string data(3 * 640 * 480, '\x96');
+  paint_cylinder(image::Camera(view), -0.1, {80, 200, 70}, data);
+  if (violet) paint_cylinder(image::Camera(view), 0.15, {196, 62, 158}, data);
   m.set_data(data);
   return m;
 }
@@ -320,28 +301,6 @@ TEST(VisionStereo, AnUnreadableRigLeavesTheOneBefore) {
   EXPECT_TRUE(bus.take<v1::Blobs>("blobs"));  // by `view`, with one camera
 }
 
-TEST(VisionNode, WithholdsSymbolsOfBlackFrozenAndTornImages) {
-  testing::Loopback bus;
-  VisionNode node(params(), bus);
-  const auto looks_at = [&](const foxglove::RawImage& image, runtime::Time stamp) {
-    bus.send("image", image, stamp);
-    node.step(stamp);
-    return bus.take<v1::Observation>("observation").has_value();
-  };
-  foxglove::RawImage image = picture("bgr8");
-  for (int i = 0; i < 10; ++i) EXPECT_TRUE(looks_at(image, 1s + i * 320ms)) << i;
-  EXPECT_FALSE(looks_at(image, 4100ms));  // the same for more than 3 s
-  ++(*image.mutable_data())[5];
-  EXPECT_TRUE(looks_at(image, 4200ms));
-  foxglove::RawImage black = image;
-  black.mutable_data()->assign(image.data().size(), '\x03');
-  EXPECT_FALSE(looks_at(black, 4300ms));
-  foxglove::RawImage torn = image;
-  std::fill(torn.mutable_data()->end() - 40 * 1920, torn.mutable_data()->end(), '\0');
-  EXPECT_FALSE(looks_at(torn, 4350ms));
-  EXPECT_TRUE(looks_at(image, 4400ms));
-}
-
 TEST(VisionNode, LearnsColoursFromClicks) {
   testing::Loopback bus;
   VisionNode node(params(), bus);
@@ -363,6 +322,164 @@ TEST(VisionNode, LearnsColoursFromClicks) {
     ASSERT_EQ(blobs->blobs_size(), 1);
     EXPECT_EQ(blobs->blobs(0).kind(), kind);
   }
+}
+
+/// What is no use is said in one line, and no symbols come of it.
+class BadInput : public ::testing::Test {
+ protected:
+  BadInput() : node_(params(), bus_) { runtime::take_log_lines(); }
+  /// A picture with the noise of a camera, which `count` hands are in.
+  foxglove::RawImage noisy(int hands = 1) {
+    foxglove::RawImage m = picture("bgr8");
+    std::string& data = *m.mutable_data();
+    for (std::size_t left = 200; hands > 0; --hands, left += 200) {
+      for (std::size_t v = 50; v < 90; ++v) {
+        for (std::size_t u = left; u < left + 60; ++u) {
+          const std::array<int, 3> skin{116, 152, 220};
+          for (std::size_t c = 0; c < 3; ++c)
+            data[3 * (640 * v + u) + c] = static_cast<char>(skin[c]);
+        }
+      }
+    }
+    for (char& byte : data) byte = static_cast<char>(byte + static_cast<char>(random_() % 5) - 2);
+    return m;
+  }
+  bool told(const foxglove::RawImage& image, runtime::Time later = 33ms) {
+    stamp_ += later;
+    bus_.send("image", image, stamp_);
+    node_.step(stamp_);
+    return bus_.take_last<v1::Observation>("observation").has_value();
+  }
+  bool told(const foxglove::RawImage& left, const foxglove::RawImage& right) {
+    bus_.send("right", right, stamp_ + 33ms);
+    return told(left);
+  }
+  void good(int pictures) {
+    for (int i = 0; i < pictures; ++i) EXPECT_TRUE(told(noisy())) << i;
+  }
+  /// One line says so.
+  static void expect_line(const std::string& text) {
+    int count = 0;
+    for (const runtime::LogLine& line : runtime::take_log_lines()) {
+      if (line.text.find(text) == std::string::npos) continue;
+      ++count;
+      EXPECT_EQ(line.text.find('\n'), std::string::npos);
+    }
+    EXPECT_EQ(count, 1) << text;
+  }
+
+  testing::Loopback bus_;
+  VisionNode node_;
+  std::mt19937 random_{5};
+  runtime::Time stamp_ = 1s;
+};
+
+TEST_F(BadInput, Black) {
+  good(2);
+  foxglove::RawImage black = noisy();
+  for (char& byte : *black.mutable_data()) byte = static_cast<char>(byte & 3);
+  EXPECT_FALSE(told(black));
+  expect_line("black (median ");
+  good(1);
+}
+
+TEST_F(BadInput, Frozen) {
+  good(2);
+  const foxglove::RawImage still = noisy();
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(told(still, 320ms)) << i;
+  EXPECT_FALSE(told(still, 320ms));
+  expect_line("the same for 3.2 s, to the last bit: the camera hangs");
+  good(1);
+}
+
+TEST_F(BadInput, TornWithEmptyRows) {
+  good(2);
+  foxglove::RawImage torn = noisy();
+  std::fill(torn.mutable_data()->end() - 40 * 1920, torn.mutable_data()->end(), '\0');
+  EXPECT_FALSE(told(torn));
+  expect_line("torn: the last 40 of 480 rows are empty");
+  good(1);
+}
+
+/// The driver's buffer holds rows of an older picture: of the one before, or of one some buffers
+/// ago.
+TEST_F(BadInput, TornWithRowsOfAnEarlierPicture) {
+  std::vector<foxglove::RawImage> shown;
+  for (int i = 0; i < 12; ++i) {
+    shown.push_back(noisy());
+    EXPECT_TRUE(told(shown.back()));
+  }
+  for (const std::size_t back : {1, 4}) {
+    foxglove::RawImage torn = noisy();
+    const std::string& old = shown[shown.size() - back].data();
+    std::copy(old.begin() + 1920 * 240, old.end(), torn.mutable_data()->begin() + 1920 * 240);
+    EXPECT_FALSE(told(torn)) << back;
+    good(1);
+  }
+  foxglove::RawImage torn = noisy();
+  std::copy_n(shown.back().data().begin(), 1920 * 50, torn.mutable_data()->begin());
+  EXPECT_FALSE(told(torn));
+  expect_line("torn: of 480 rows those from 240 to 480 are of an earlier image");
+  good(3);
+}
+
+/// Pictures without noise, and films, keep rows where nothing moves.
+TEST_F(BadInput, RowsThatStayAreNotTorn) {
+  for (int i = 0; i < 20; ++i) {
+    foxglove::RawImage image = noisy();
+    if (i % 5 != 0) image = picture("bgr8");
+    for (std::size_t u = 0; u < 1920; ++u) (*image.mutable_data())[1920 * (300 + i) + u] = '\x20';
+    EXPECT_TRUE(told(image)) << i;
+  }
+}
+
+TEST_F(BadInput, OfAnotherSize) {
+  good(1);
+  foxglove::RawImage small = noisy();
+  small.set_width(320);
+  EXPECT_FALSE(told(small));
+  expect_line("320x480 does not fit the calibrated view of 640x480");
+  good(1);
+}
+
+TEST_F(BadInput, TwoHands) {
+  good(1);
+  EXPECT_FALSE(told(noisy(2)));
+  expect_line("two hands are seen, expected one: symbols withheld");
+  good(1);
+}
+
+TEST_F(BadInput, NoHand) {
+  for (int i = 0; i < 400; ++i) {
+    ASSERT_TRUE(told(noisy(0)));
+  }
+  expect_line("no hand is seen: no symbols are told");
+  good(1);
+}
+
+TEST_F(BadInput, SwappedCameras) {
+  bus_.send("rig", rig_message(), 0s);
+  for (int i = 0; i < 29; ++i) told(picture_of_cylinder(1, true), picture_of_cylinder(0, true));
+  EXPECT_FALSE(told(picture_of_cylinder(1, true), picture_of_cylinder(0, true)));
+  expect_line("2 classes of things are in both pictures, but not in one place by input rig");
+}
+
+TEST_F(BadInput, TheCalibrationOfAnotherPair) {
+  bus_.send("rig", rig_message(0.04), 0s);
+  for (int i = 0; i < 29; ++i) told(picture_of_cylinder(0, true), picture_of_cylinder(1, true));
+  EXPECT_FALSE(told(picture_of_cylinder(0, true), picture_of_cylinder(1, true)));
+  expect_line("or the calibration that of others?");
+}
+
+TEST_F(BadInput, ASecondCameraThatHangs) {
+  bus_.send("rig", rig_message(), 0s);
+  const foxglove::RawImage still = picture_of_cylinder(1, true);
+  for (int i = 0; i < 20; ++i) {
+    stamp_ += 300ms;
+    told(picture_of_cylinder(0, i % 2 == 0), still);
+  }
+  EXPECT_FALSE(told(picture_of_cylinder(0), still));
+  expect_line("to the last bit: the camera hangs");
 }
 
 }  // namespace

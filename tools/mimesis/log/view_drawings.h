@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/image/pinhole.h"
+#include "common/image/rig.h"
 #include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/viewer.h"
@@ -54,9 +54,9 @@ inline foxglove::FrameTransforms to_camera_frames(const image::View& view,
   X_WT.linear() << 0.0, 0.0, -1.0,  // x_T = −y_W, y_T = z_W, z_T = −x_W
       -1.0, 0.0, 0.0,               //
       0.0, 1.0, 0.0;
-  const image::Pinhole pinhole(view);
-  Eigen::Isometry3d X_TC(Eigen::Translation3d(pinhole.eye()));
-  X_TC.linear() = pinhole.R_CT().transpose();
+  const image::Camera camera(view);
+  Eigen::Isometry3d X_TC(Eigen::Translation3d(camera.eye()));
+  X_TC.linear() = camera.R_CT().transpose();
   foxglove::FrameTransforms frames;
   model::add_frame(frames, "world", "teacher", X_WT, stamp);
   model::add_frame(frames, "teacher", "camera", X_TC, stamp);

@@ -61,7 +61,7 @@ TEST(ViewFields, CurvesHaveTheHeightOfTheActivityAboveTheirLine) {
   EXPECT_DOUBLE_EQ(activity_color(0.0).r, activity_color(0.0).b);
 }
 
-TEST(ViewCamera, FramesAndCalibrationProjectAsThePinholeDoes) {
+TEST(ViewCamera, FramesAndCalibrationProjectAsTheCameraDoes) {
   const image::View view;
   const auto calibration = to_calibration(view, {});
   const auto frames = to_camera_frames(view, {});
@@ -80,7 +80,7 @@ TEST(ViewCamera, FramesAndCalibrationProjectAsThePinholeDoes) {
   const Eigen::Vector3d p_C = pose(frames.transforms(1)).inverse() * p_T;
   const Eigen::Matrix3d K = Eigen::Map<const Eigen::Matrix3d>(calibration.k().data()).transpose();
   const Eigen::Vector2d pixel = (K * p_C).hnormalized();
-  EXPECT_LT((pixel - image::Pinhole(view).project(p_T)).norm(), 1e-9);
+  EXPECT_LT((pixel - image::Camera(view).project(p_T)).norm(), 1e-9);
   // Up on the teacher's table is up in the world; his right is the robot's right.
   const Eigen::Isometry3d X_WT = pose(frames.transforms(0));
   EXPECT_LT((X_WT.linear().col(1) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
