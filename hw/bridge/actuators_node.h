@@ -20,7 +20,9 @@ struct BridgeParams {
   std::string can = "embedded:arm";  ///< bus of the drives, see hw/can/bus.h
   std::vector<BusShare> buses{};     ///< several buses instead of `can`
   std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, rtu:DEVICE, or empty
-  bool readonly = false;             ///< listens to the drives and sends nothing; no hand
+  /// what the joints do if the hand fails: go_on with the stream, stop as by an emergency stop
+  std::string on_hand_fault = "go_on";
+  bool readonly = false;  ///< listens to the drives and sends nothing; no hand
   /// what lets a stream move the joints: service bridge/arm, or auto: the stream itself
   std::string arming = "service";
   std::string stop_input{};    ///< emergency stop at a Modbus server: tcp:HOST:PORT, rtu:DEVICE
@@ -54,6 +56,7 @@ struct BridgeParams {
     v("can", can);
     runtime::list(v, "buses", buses);
     v("hand", hand);
+    v("on_hand_fault", on_hand_fault, {"go_on", "stop"});
     v("readonly", readonly);
     v("arming", arming, {"service", "auto"});
     v("stop_input", stop_input);

@@ -190,10 +190,13 @@ void BridgeNode::step_hand(runtime::Time now) {
   if (gate_.stopped()) hand_setpoint_.move = false;  // it stands still and keeps its object
   if (!hand_driver_ || steps_ % every(params_.rate_hz, kHandRateHz) != 0) return;
   const std::string before = hand_reading_.fault;
+  const bool was_active = hand_reading_.active;
   hand_reading_ = hand_driver_->exchange(now, hand_setpoint_);
   if (hand_reading_.fault != before) {
     runtime::info("hand: {}", hand_reading_.fault.empty() ? "well" : hand_reading_.fault);
   }
+  if (params_.on_hand_fault == "stop" && was_active && !hand_reading_.fault.empty())
+    gate_.emergency_stop("hand: " + hand_reading_.fault);
   v1::HandState state;
   state.set_grip(hand_reading_.mode == modbus::HandMode::pinch   ? v1::GRIP_PRECISION
                  : hand_reading_.mode == modbus::HandMode::basic ? v1::GRIP_FULL

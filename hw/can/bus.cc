@@ -5,6 +5,8 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
+#include <linux/errqueue.h>
+#include <linux/net_tstamp.h>
 #include <net/if.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -23,6 +25,7 @@
 #include "common/error.h"
 #include "common/runtime/folder_changes.h"
 #include "common/runtime/log.h"
+#include "hw/can/messages.h"
 #include "hw/can/multicast.h"
 #include "hw/can/slcan.h"
 
@@ -202,14 +205,27 @@ class EmbeddedBus final : public Bus {
 };
 
 static_assert(sizeof(Frame) == sizeof(canfd_frame));
-constexpr std::size_t kFramesPerCall = 64;
+
+/// Arrival of a message: by the interface's clock, else by the kernel's; 0 without either.
+std::chrono::nanoseconds stamp_of(const msghdr& header) {
+  auto* at = const_cast<msghdr*>(&header);
+  for (cmsghdr* c = CMSG_FIRSTHDR(at); c != nullptr; c = CMSG_NXTHDR(at, c)) {
+    if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPING) continue;
+    scm_timestamping times{};
+    std::memcpy(&times, CMSG_DATA(c), sizeof times);
+    const bool by_interface = times.ts[2].tv_sec != 0;
+    const timespec& time = times.ts[by_interface ? 2 : 0];
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+  }
+  return {};
+}
 
 /// The kernel's CAN (AF_CAN, SOCK_RAW) on one interface, error frames included. One system call per
 /// batch.
 class SocketCan final : public Bus {
  public:
   /// @throws ConfigError if the kernel has no CAN, or the interface is missing or down
-  explicit SocketCan(const std::string& interface) {
+  explicit SocketCan(const std::string& interface) : stamps_(kMostStamps) {
     const std::string who = "CAN interface '" + interface + "': ";
     if (interface.size() >= IFNAMSIZ) throw ConfigError(who + "the name is too long");
     socket_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
@@ -228,11 +244,14 @@ class SocketCan final : public Bus {
 
     const can_err_mask_t all_errors = CAN_ERR_MASK;
     const int on = 1;
+    const int stamping = SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE |
+                         SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE;
     sockaddr_can address{};
     address.can_family = AF_CAN;
     address.can_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
     if (setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &all_errors, sizeof(all_errors)) < 0 ||
         setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) < 0 ||
+        setsockopt(socket_, SOL_SOCKET, SO_TIMESTAMPING, &stamping, sizeof(stamping)) < 0 ||
         bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
       refuse(std::strerror(errno));
     }
@@ -245,18 +264,14 @@ class SocketCan final : public Bus {
 
   void send(std::span<const Frame> frames) override {
     while (!frames.empty()) {
-      const auto batch = frames.first(std::min(frames.size(), kFramesPerCall));
-      std::array<iovec, kFramesPerCall> parts{};
-      std::array<mmsghdr, kFramesPerCall> messages{};
-      for (std::size_t i = 0; i < batch.size(); ++i) {
+      const auto batch = frames.first(std::min(frames.size(), Messages::kMost));
+      messages_.clear();
+      for (const Frame& frame : batch) {
         // A classic frame is the head of an FD frame; its size tells the kernel which one it gets.
-        const bool fd = batch[i].length > CAN_MAX_DLEN || (batch[i].flags & kFd) != 0;
-        parts[i] = {const_cast<Frame*>(&batch[i]), fd ? CANFD_MTU : CAN_MTU};
-        messages[i].msg_hdr.msg_iov = &parts[i];
-        messages[i].msg_hdr.msg_iovlen = 1;
+        const bool fd = frame.length > CAN_MAX_DLEN || (frame.flags & kFd) != 0;
+        messages_.add(&frame, fd ? CANFD_MTU : CAN_MTU);
       }
-      const int taken = sendmmsg(socket_, messages.data(), static_cast<unsigned>(batch.size()), 0);
-      const std::size_t sent = taken < 0 ? 0 : static_cast<std::size_t>(taken);
+      const std::size_t sent = messages_.send(socket_);
       counters_.sent += sent;
       if (sent <
           batch.size()) {  // ENOBUFS, or the interface went down: the next cycle has newer frames
@@ -268,32 +283,50 @@ class SocketCan final : public Bus {
   }
 
   std::size_t receive(std::span<Frame> frames) override {
-    std::size_t filled = 0;
-    while (filled < frames.size()) {
-      const std::size_t room = std::min(frames.size() - filled, kFramesPerCall);
-      std::array<iovec, kFramesPerCall> parts{};
-      std::array<mmsghdr, kFramesPerCall> messages{};
+    received_ = 0;
+    while (received_ < frames.size()) {
+      const std::size_t room = std::min(frames.size() - received_, Messages::kMost);
+      messages_.clear();
       for (std::size_t i = 0; i < room; ++i) {
-        frames[filled + i] = Frame{};
-        parts[i] = {&frames[filled + i], sizeof(Frame)};
-        messages[i].msg_hdr.msg_iov = &parts[i];
-        messages[i].msg_hdr.msg_iovlen = 1;
+        frames[received_ + i] = Frame{};
+        msghdr& header = messages_.add(&frames[received_ + i], sizeof(Frame));
+        header.msg_control = control_[i].data();
+        header.msg_controllen = control_[i].size();
       }
-      const int got =
-          recvmmsg(socket_, messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
-      if (got <= 0) break;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
-        Frame& frame = frames[filled + i];
-        if (messages[i].msg_len == CANFD_MTU) frame.flags |= kFd;
+      const std::size_t got = messages_.receive(socket_);
+      if (got == 0) break;
+      for (std::size_t i = 0; i < got; ++i, ++received_) {
+        Frame& frame = frames[received_];
+        if (messages_.bytes(i) == CANFD_MTU) frame.flags |= kFd;
+        if (received_ < kMostStamps) stamps_[received_] = stamp_of(messages_.header(i));
         ++((frame.id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
       }
-      filled += static_cast<std::size_t>(got);
     }
-    return filled;
+    return received_;
+  }
+
+  std::span<const std::chrono::nanoseconds> stamps() const override {
+    return std::span(stamps_).first(std::min(received_, kMostStamps));
+  }
+
+  void want(std::span<const Wanted> wanted) override {
+    std::vector<can_filter> filters;
+    for (const Wanted& w : wanted)
+      filters.push_back({.can_id = w.id, .can_mask = w.mask | kExtendedFlag | kRemoteFlag});
+    const auto bytes = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
+    if (setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), bytes) < 0)
+      fail("filters");
   }
 
  private:
+  static constexpr std::size_t kMostStamps = 256;  // of a call
+
   int socket_ = -1;
+  Messages messages_;
+  alignas(cmsghdr)
+      std::array<std::array<char, CMSG_SPACE(sizeof(scm_timestamping))>, Messages::kMost> control_;
+  std::vector<std::chrono::nanoseconds> stamps_;
+  std::size_t received_ = 0;  // by the last call
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -43,6 +44,11 @@ struct Counters {
   std::uint64_t errors = 0;    ///< frames not taken, and error frames
 };
 
+/// Chooses frames by their identifier: those with (id ^ this id) & mask == 0.
+struct Wanted {
+  std::uint32_t id = 0, mask = 0;
+};
+
 /// Moves frames, knows nothing of their meaning. Every participant receives all frames but its own.
 class Bus {
  public:
@@ -55,6 +61,14 @@ class Bus {
   /// Takes frames that have arrived, oldest first; never blocks. Error frames are among them.
   /// @return how many of `frames` were filled; if all, there may be more
   virtual std::size_t receive(std::span<Frame> frames) = 0;
+
+  /// When each frame of the last receive() arrived, since 1970, by the interface's own clock if it
+  /// has one; empty if the bus does not know.
+  virtual std::span<const std::chrono::nanoseconds> stamps() const { return {}; }
+
+  /// Nobody needs frames other than these. A bus that can lets the kernel drop them; others go on
+  /// to bring them. Error frames come in any case.
+  virtual void want(std::span<const Wanted>) {}
 
   const Counters& counters() const { return counters_; }
 

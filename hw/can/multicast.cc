@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/error.h"
+#include "hw/can/messages.h"
 
 namespace mimesis::hw::can {
 namespace {
@@ -96,20 +97,9 @@ void append_big_endian(std::string& out, std::uint64_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) out.push_back(static_cast<char>(value >> 8 * i));
 }
 
-constexpr std::size_t kDatagrams = 64;  // per system call
-
-msghdr header(sockaddr_in& peer, iovec& part) {
-  msghdr h{};
-  h.msg_name = &peer;
-  h.msg_namelen = sizeof peer;
-  h.msg_iov = &part;
-  h.msg_iovlen = 1;
-  return h;
-}
-
 class MulticastBus final : public Bus {
  public:
-  explicit MulticastBus(const std::string& group) : room_(kDatagrams * kMulticastBytes) {
+  explicit MulticastBus(const std::string& group) : room_(Messages::kMost * kMulticastBytes) {
     const auto refuse = [&](const std::string& why) {
       close_all();
       throw ConfigError("CAN bus 'udp_multicast:" + group + "': " + why);
@@ -145,21 +135,19 @@ class MulticastBus final : public Bus {
   void send(std::span<const Frame> frames) override {
     const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
     while (!frames.empty()) {
-      const auto batch = frames.first(std::min(frames.size(), kDatagrams));
-      std::array<std::size_t, kDatagrams + 1> begins{};
+      const auto batch = frames.first(std::min(frames.size(), Messages::kMost));
+      std::array<std::size_t, Messages::kMost + 1> begins{};
       packed_.clear();
       for (std::size_t i = 0; i < batch.size(); ++i) {
         pack(batch[i], now.count(), packed_);
         begins[i + 1] = packed_.size();
       }
-      std::array<iovec, kDatagrams> parts{};
-      std::array<mmsghdr, kDatagrams> messages{};
+      messages_.clear();
       for (std::size_t i = 0; i < batch.size(); ++i) {
-        parts[i] = {packed_.data() + begins[i], begins[i + 1] - begins[i]};
-        messages[i].msg_hdr = header(group_, parts[i]);
+        messages_.add(packed_.data() + begins[i], begins[i + 1] - begins[i],
+                      reinterpret_cast<sockaddr*>(&group_), sizeof group_);
       }
-      const int taken = sendmmsg(out_, messages.data(), static_cast<unsigned>(batch.size()), 0);
-      const std::size_t sent = taken < 0 ? 0 : static_cast<std::size_t>(taken);
+      const std::size_t sent = messages_.send(out_);
       counters_.sent += sent;
       counters_.errors += batch.size() - sent;
       frames = frames.subspan(batch.size());
@@ -169,22 +157,20 @@ class MulticastBus final : public Bus {
   std::size_t receive(std::span<Frame> frames) override {
     std::size_t filled = 0;
     while (filled < frames.size()) {
-      const std::size_t room = std::min(frames.size() - filled, kDatagrams);
-      std::array<sockaddr_in, kDatagrams> from{};
-      std::array<iovec, kDatagrams> parts{};
-      std::array<mmsghdr, kDatagrams> messages{};
+      const std::size_t room = std::min(frames.size() - filled, Messages::kMost);
+      std::array<sockaddr_in, Messages::kMost> from{};
+      messages_.clear();
       for (std::size_t i = 0; i < room; ++i) {
-        parts[i] = {&room_[i * kMulticastBytes], kMulticastBytes};
-        messages[i].msg_hdr = header(from[i], parts[i]);
+        messages_.add(&room_[i * kMulticastBytes], kMulticastBytes,
+                      reinterpret_cast<sockaddr*>(&from[i]), sizeof from[i]);
       }
-      const int got =
-          recvmmsg(in_, messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
-      if (got <= 0) break;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
+      const std::size_t got = messages_.receive(in_);
+      if (got == 0) break;
+      for (std::size_t i = 0; i < got; ++i) {
         const bool ours =
             from[i].sin_port == own_.sin_port && from[i].sin_addr.s_addr == own_.sin_addr.s_addr;
         if (ours) continue;
-        const auto frame = unpack({&room_[i * kMulticastBytes], messages[i].msg_len});
+        const auto frame = unpack({&room_[i * kMulticastBytes], messages_.bytes(i)});
         ++(!frame || (frame->id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
         if (frame) frames[filled++] = *frame;
       }
@@ -202,6 +188,7 @@ class MulticastBus final : public Bus {
   int in_ = -1, out_ = -1;
   std::vector<std::uint8_t> room_;
   std::string packed_;
+  Messages messages_;
 };
 
 }  // namespace

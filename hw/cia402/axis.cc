@@ -17,6 +17,11 @@ std::int32_t Axis::rate_to_increments(double rad) const {
       std::clamp(std::round(sign * rad * increments_per_rad), kMin, kMax));
 }
 
+std::int32_t Axis::to_thousandths(double n_m) const {
+  return static_cast<std::int32_t>(
+      std::clamp(std::round(1e3 * sign * n_m / rated_torque_n_m), -32768.0, 32767.0));
+}
+
 std::vector<Axis> complete(std::vector<Axis> axes, int joints) {
   if (axes.empty()) {
     for (int i = 1; i <= joints; ++i) axes.push_back({.node_id = i});

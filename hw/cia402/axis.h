@@ -31,6 +31,7 @@ struct Axis {
   double rate_to_rad(std::int32_t increments) const {
     return sign * increments / increments_per_rad;
   }
+  std::int32_t to_thousandths(double n_m) const;  ///< of the rated torque; saturates at 16 bits
   double to_torque(std::int32_t thousandths) const {
     return sign * thousandths * 1e-3 * rated_torque_n_m;
   }

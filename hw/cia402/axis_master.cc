@@ -34,16 +34,15 @@ bool carries(const std::vector<Mapped>& map, Object object, int bytes) {
 
 AxisMaster::AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps)
     : name_(std::move(name)), axis_(axis), wanted_(std::move(steps)) {
+  for (const SetupStep& step : wanted_) {
+    if (step.object == object::kMode) mode_ = static_cast<std::int32_t>(step.value);
+  }
   restart();
 }
 
 void AxisMaster::restart() {
   steps_ = wanted_;
-  for (std::vector<Mapped>& map : maps_) map.clear();
-  for (const SetupStep& step : wanted_) {
-    const bool entry = step.pdo >= 0 && step.object.sub > 0;
-    if (entry) maps_.at(static_cast<std::size_t>(step.pdo)).push_back(mapped(step.value));
-  }
+  maps_ = maps_of(wanted_);
   step_ = 0;
   attempts_ = 0;
   refused_ = 0;
@@ -90,16 +89,15 @@ void AxisMaster::next_step() {
 /// A drive with PDOs of its own must carry what moves it and what shows its state.
 void AxisMaster::check_maps() {
   const std::vector<Mapped>& command = maps_[0];
+  const std::vector<Mapped> needed = maps_of(wanted_)[0];
   for (const Mapped& m : command) {
-    const bool ours = m.object == object::kControlword || m.object == object::kTarget ||
-                      m.object == object::kMode;
+    const bool ours = m.object == object::kMode || carries(needed, m.object, m.bytes);
     if (!ours) return fail("RPDO1 carries " + text(m.object) + ", which the bridge cannot give");
   }
   const auto demand = [&](bool there, Object object, const char* pdo) {
     if (!there && failure_.empty()) fail(text(object) + " is not in " + pdo);
   };
-  demand(carries(command, object::kControlword, 2), object::kControlword, "RPDO1");
-  demand(carries(command, object::kTarget, 4), object::kTarget, "RPDO1");
+  for (const Mapped& m : needed) demand(carries(command, m.object, m.bytes), m.object, "RPDO1");
   const auto shown = [&](Object object, int bytes) {
     return carries(maps_[1], object, bytes) || carries(maps_[2], object, bytes);
   };
@@ -215,9 +213,7 @@ void AxisMaster::handle(const Identity& id, const can::Frame& frame, Time now) {
 }
 
 void AxisMaster::take_in(const std::vector<Mapped>& map, const can::Frame& frame, Time now) {
-  int length = 0;
-  for (const Mapped& m : map) length += m.bytes;
-  if (frame.length < length) return;  // not the mapping we asked for
+  if (frame.length < bytes_of(map)) return;  // not the mapping we asked for
   int at = 0;
   for (const Mapped& m : map) {
     const std::int32_t value = signed_at(frame, at, m.bytes).value_or(0);
@@ -254,14 +250,18 @@ void AxisMaster::take_in(const std::vector<Mapped>& map, const can::Frame& frame
            (stop_known_ || axis_.stop_bit < 0);
 }
 
+std::int32_t AxisMaster::commanded(Object object) const {
+  if (object == object::kControlword) return controlword;
+  if (object == object::kTarget) return axis_.to_increments(target_rad);
+  if (object == object::kTargetVelocity) return axis_.rate_to_increments(target_rad_s);
+  if (object == object::kTargetTorque) return axis_.to_thousandths(target_n_m);
+  return mode_;
+}
+
 can::Frame AxisMaster::command() const {
   can::Frame frame = rpdo(1, axis_.node_id);
   for (const Mapped& m : maps_[0]) {
-    const std::uint32_t value = m.object == object::kControlword ? controlword
-                                : m.object == object::kTarget
-                                    ? static_cast<std::uint32_t>(axis_.to_increments(target_rad))
-                                    : std::uint32_t{kCyclicSynchronousPosition};
-    append(frame, value, m.bytes);
+    append(frame, static_cast<std::uint32_t>(commanded(m.object)), m.bytes);
   }
   return frame;
 }

@@ -62,7 +62,7 @@ class AxisMaster {
   /// (0x8611)"
   std::string complaint(DriveState expected) const;
 
-  /// RPDO1: controlword and target as the drive has mapped them.
+  /// RPDO1: controlword and the target of the mode as the drive has mapped them.
   can::Frame command() const;
 
   const std::string& name() const { return name_; }
@@ -70,9 +70,12 @@ class AxisMaster {
 
   // controlword of the next frame; kept here because a fault reset is an edge
   std::uint16_t controlword = 0;
-  double target_rad = 0.0;
+  double target_rad = 0.0;    ///< of position modes
+  double target_rad_s = 0.0;  ///< of cyclic velocity
+  double target_n_m = 0.0;    ///< of cyclic torque
 
  private:
+  std::int32_t commanded(Object object) const;
   void on_response(const Sdo& response);
   void on_refusal(const SetupStep& step, std::uint32_t code);
   void on_learnt(const SetupStep& step, std::uint32_t value);
@@ -87,6 +90,7 @@ class AxisMaster {
   std::string name_;
   Axis axis_;
   const std::vector<SetupStep> wanted_;
+  std::int32_t mode_ = 0;         // 6060h
   std::vector<SetupStep> steps_;  // the wanted ones, changed by what the drive refuses
   std::size_t step_ = 0;
   bool verifying_ = false;     // second half of write_checked

@@ -32,9 +32,9 @@ bool powered(DriveState state) {
 }  // namespace
 
 JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> bus)
-    : options_(std::move(options)),
+    : PhasedActuators(options.limits, options.rate_hz, "searching the drives"),
+      options_(std::move(options)),
       bus_(std::move(bus)),
-      limiter_(options_.limits, 1.0 / options_.rate_hz),
       inbox_(256),
       axis_of_node_(kLastNode + 1, -1),
       posture_(options_.axes.size(), 0.0),
@@ -61,8 +61,10 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
                                    period, options_.quick_stop));
   }
   outbox_.reserve(4 * n + 8);
-  reading_.joints.resize(n);
-  reading_.reason = "searching the drives";
+  std::vector<can::Wanted> wanted;  // all that a node sends or is sent
+  for (const Axis& axis : options_.axes)
+    wanted.push_back({static_cast<std::uint32_t>(axis.node_id), kLastNode});
+  bus_->want(wanted);
   stop();
 }
 
@@ -75,22 +77,7 @@ void JointDriver::stop() noexcept {
   } catch (...) {  // the drives' own watchdogs are left
   }
   outbox_.clear();
-  if (reading_.phase == Phase::following || reading_.phase == Phase::enabling) {
-    enter(Phase::stopping);
-  }
-}
-
-void JointDriver::enter(Phase phase) {
-  reading_.phase = phase;
-  entered_ = now_;
-  if (phase != Phase::fault && phase != Phase::starting) reading_.reason.clear();
-}
-
-void JointDriver::fault(const std::string& why) {
-  if (reading_.phase == Phase::fault && !reading_.reason.empty()) return;  // the first cause counts
-  may_enable_ = false;
-  reading_.phase = Phase::fault;
-  reading_.reason = why;
+  leave_motion();
 }
 
 void JointDriver::lose(AxisMaster& axis, const std::string& why) {
@@ -312,37 +299,6 @@ const Reading& JointDriver::read(Time now) {
   return reading_;
 }
 
-void JointDriver::obey(const Setpoint& setpoint) {
-  const bool follow = setpoint.mode == Mode::follow;
-  switch (reading_.phase) {
-    case Phase::idle:
-    case Phase::holding:
-    case Phase::fault:
-      if (!follow) {
-        may_enable_ = true;
-      } else if (may_enable_ && configured_ && reading_.posture_known) {
-        enter(Phase::enabling);
-      }
-      return;
-    case Phase::enabling:
-      if (setpoint.mode == Mode::idle) enter(Phase::stopping);
-      return;
-    case Phase::following:
-      limiter_.coast(setpoint.missed);
-      if (setpoint.mode == Mode::idle) {
-        enter(Phase::stopping);
-      } else if (setpoint.mode == Mode::hold) {
-        limiter_.hold();
-      } else {
-        reading_.limited += limiter_.follow(setpoint.position_rad, setpoint.brakes) ? 1 : 0;
-      }
-      return;
-    case Phase::starting:
-    case Phase::stopping:
-      return;
-  }
-}
-
 void JointDriver::enable(AxisMaster& axis) {
   const DriveState state = axis.reading().drive;
   // a drive may also disable itself at rest
@@ -391,7 +347,7 @@ void JointDriver::send_setpoints() {
 void JointDriver::write(Time now, const Setpoint& setpoint) {
   now_ = now;
   if (options_.readonly || now < silent_until_) return;
-  obey(setpoint);
+  obey(setpoint, configured_);
   command_axes();
   if (now_ >= heartbeat_due_) {
     outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));

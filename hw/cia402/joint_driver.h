@@ -6,7 +6,7 @@
 #include "hw/actuators.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/axis_master.h"
-#include "hw/setpoint_limiter.h"
+#include "hw/phased_actuators.h"
 
 namespace mimesis::hw::cia402 {
 
@@ -32,7 +32,7 @@ struct JointDriverOptions {
 /// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
 /// batch of frames out (set-points, then SYNC) and one in. After any fault all axes get a quick
 /// stop; a set-point is obeyed again only after Mode::idle, and starts at the actual posture.
-class JointDriver final : public Actuators {
+class JointDriver final : public PhasedActuators {
  public:
   /// Sends a quick stop first. @throws ConfigError if the rate gives no interpolation period
   JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> bus);
@@ -42,7 +42,6 @@ class JointDriver final : public Actuators {
   void stop() noexcept override;
   std::string reset_faults() override;
 
-  const Reading& reading() const { return reading_; }
   /// What the drives cannot do, a line each; see AxisMaster.
   std::vector<std::string> notes() const;
   const can::Counters& counters() const { return bus_->counters(); }
@@ -55,10 +54,7 @@ class JointDriver final : public Actuators {
   void supervise_tracking();
   void supervise_axis(AxisMaster& axis);
   void publish();
-  void fault(const std::string& why);
   void lose(AxisMaster& axis, const std::string& why);
-  void enter(Phase phase);
-  void obey(const Setpoint& setpoint);
   void command_axes();
   void enable(AxisMaster& axis);
   void send_setpoints();
@@ -69,15 +65,11 @@ class JointDriver final : public Actuators {
   JointDriverOptions options_;
   std::unique_ptr<can::Bus> bus_;
   std::vector<AxisMaster> axes_;
-  SetpointLimiter limiter_;
   std::vector<can::Frame> inbox_, outbox_;
   std::vector<int> axis_of_node_;
   std::vector<double> posture_;
   std::vector<int> astray_;  // measurements in a row, by axis
-  Reading reading_;
 
-  Time now_{};      // time of the last read or write
-  Time entered_{};  // when the phase began
   Time heartbeat_due_{};
   Time silent_until_{};      // after bus-off
   Time retry_at_{};          // after a failed set-up
@@ -85,7 +77,6 @@ class JointDriver final : public Actuators {
   bool begun_ = false;       // first cycle seen
   bool synced_ = false;      // the last SYNC went to the wire
   bool configured_ = false;  // every drive is configured and started
-  bool may_enable_ = true;   // Mode::idle was set since the last fault
 };
 
 /// The joints of one robot on several buses: an JointDriver each, its joints after those of the one

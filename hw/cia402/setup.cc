@@ -16,6 +16,35 @@ constexpr std::uint32_t kPdoBits = 0xBFFFFFFF;  // without that for remote reque
 constexpr std::uint32_t kSynchronous = 1;       // transmission type: with every SYNC
 constexpr const char* kUnimportant = "";
 
+/// Object that the set-points of a mode go to; homing has none.
+std::vector<Mapped> target_of(OperationMode mode) {
+  switch (mode) {
+    case OperationMode::homing:
+      return {};
+    case OperationMode::cyclic_velocity:
+      return {{object::kTargetVelocity, 4}};
+    case OperationMode::cyclic_torque:
+      return {{object::kTargetTorque, 2}};
+    default:
+      return {{object::kTarget, 4}};
+  }
+}
+
+const char* text(OperationMode mode) {
+  switch (mode) {
+    case OperationMode::profile_position:
+      return "profile position";
+    case OperationMode::homing:
+      return "homing";
+    case OperationMode::cyclic_velocity:
+      return "cyclic synchronous velocity";
+    case OperationMode::cyclic_torque:
+      return "cyclic synchronous torque";
+    default:
+      return "cyclic synchronous position";
+  }
+}
+
 std::uint32_t bits(std::int32_t value) { return static_cast<std::uint32_t>(value); }
 
 /// Remaps a PDO: invalidate, clear, map, count, validate [CiA 301, 7.5.2.36].
@@ -54,6 +83,21 @@ std::uint32_t mapping_entry(const Mapped& m) {
          static_cast<std::uint32_t>(8 * m.bytes);
 }
 
+PdoMaps maps_of(const std::vector<SetupStep>& steps) {
+  PdoMaps maps;
+  for (const SetupStep& step : steps) {
+    const bool entry = step.pdo >= 0 && step.object.sub > 0;
+    if (entry) maps.at(static_cast<std::size_t>(step.pdo)).push_back(mapped(step.value));
+  }
+  return maps;
+}
+
+int bytes_of(const std::vector<Mapped>& map) {
+  int bytes = 0;
+  for (const Mapped& m : map) bytes += m.bytes;
+  return bytes;
+}
+
 Period period_of(double rate_hz) {
   for (const int exponent : {-3, -4}) {
     const double value = std::pow(10.0, -exponent) / rate_hz;
@@ -76,10 +120,12 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
   const std::uint32_t master = std::uint32_t{kMasterNode} << 16 | kMasterHeartbeatTimeoutMs;
   constexpr const char* kOursAlone = "the bridge alone keeps the position limits";
   constexpr std::uint32_t kAll = 0xFFFFFFFF;
+  const std::uint32_t mode_number = static_cast<std::uint8_t>(joint.mode);
+  const std::uint32_t mode_bit = 1u << (mode_number - 1);
+  const char* const mode = text(joint.mode);
   std::vector<SetupStep> steps = {
       {Kind::expect, object::kDeviceType, 402, 4, "a drive of profile 402", 0xFFFF},
-      {Kind::expect, object::kSupportedModes, 1u << (kCyclicSynchronousPosition - 1), 4,
-       "cyclic synchronous position", 1u << (kCyclicSynchronousPosition - 1), kUnimportant},
+      {Kind::expect, object::kSupportedModes, mode_bit, 4, mode, mode_bit, kUnimportant},
       {Kind::expect_least, object::kMaxVelocity, magnitude(joint.v_max), 4,
        "the robot's velocity limit", kAll, "how fast it can turn is not known"},
       {Kind::write_checked, object::kPositionMin, bits(low), 4, "position limit", kAll, kOursAlone},
@@ -98,10 +144,24 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
       {Kind::write_checked, object::kPeriodValue, period.value, 1, "interpolation period"},
       {Kind::write_checked, object::kPeriodExponent, static_cast<std::uint8_t>(period.exponent), 1,
        "interpolation period"},
-      {Kind::write, object::kMode, kCyclicSynchronousPosition, 1, "cyclic synchronous position"},
-      {Kind::expect, object::kModeDisplay, kCyclicSynchronousPosition, 1,
-       "cyclic synchronous position", 0xFF},
+      {Kind::write, object::kMode, mode_number, 1, mode},
+      {Kind::expect, object::kModeDisplay, mode_number, 1, mode, 0xFF},
   };
+  const auto checked = [&](Object object, double rad, const char* meaning) {
+    steps.push_back({Kind::write_checked, object, magnitude(rad), 4, meaning});
+  };
+  if (joint.mode == OperationMode::profile_position) {
+    checked(object::kProfileVelocity, joint.profile_v, "velocity of the profile");
+    checked(object::kProfileAcceleration, joint.a_max, "acceleration of the profile");
+    checked(object::kProfileDeceleration, joint.a_max, "deceleration of the profile");
+  } else if (joint.mode == OperationMode::homing) {
+    constexpr double kSlower = 0.1;  // from the switch to zero
+    steps.push_back({Kind::write_checked, object::kHomingMethod,
+                     static_cast<std::uint32_t>(joint.homing_method), 1, "homing method"});
+    checked(object::kHomingSearchSpeed, joint.profile_v, "homing speed");
+    checked(object::kHomingZeroSpeed, kSlower * joint.profile_v, "homing speed");
+    checked(object::kHomingAcceleration, joint.a_max, "homing acceleration");
+  }
   if (joint.following_window_rad > 0.0) {
     steps.push_back({Kind::write_checked, object::kFollowingWindow,
                      magnitude(joint.following_window_rad), 4, "largest following error"});
@@ -111,7 +171,9 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
                      static_cast<std::uint32_t>(std::lround(1e3 * joint.following_time_s)), 2,
                      "time of a following error"});
   }
-  remap(steps, 0, 0x200 + node, {{object::kControlword, 2}, {object::kTarget, 4}});
+  std::vector<Mapped> command{{object::kControlword, 2}};
+  for (const Mapped& target : target_of(joint.mode)) command.push_back(target);
+  remap(steps, 0, 0x200 + node, command);
   steps.push_back(
       {Kind::write_checked, object::kRpdo1Deadline, kRpdoDeadlineMs, 2, "watch over our set-points",
        kAll, "it stops 250 ms after our last heartbeat, not 100 ms after the last set-point"});

@@ -63,16 +63,24 @@ struct JointSetup {
   double a_max = 0.0;                 ///< [rad/s²], also of a quick stop
   double following_window_rad = 0.0;  ///< 6065h; 0: the drive's own
   double following_time_s = 0.0;      ///< 6066h; 0: the drive's own
+  OperationMode mode = OperationMode::cyclic_position;
+  double profile_v = 0.0;  ///< of profile position and homing [rad/s]; accelerations are a_max
+  int homing_method = 0;   ///< 6098h
 };
 
 /// Setup of a drive: follow positions synchronously, and stop if the bridge is lost.
 /// Afterwards, if the drive can be mapped:
-///   RPDO1 controlword 6040h (2 B), target position 607Ah (4 B), taken with SYNC
+///   RPDO1 controlword 6040h (2 B), the target of the mode: position 607Ah (4 B), velocity 60FFh
+///         (4 B), torque 6071h (2 B), none of homing; taken with SYNC
 ///   TPDO1 statusword 6041h (2 B), position 6064h (4 B), torque 6077h (2 B), sent on SYNC
 ///   TPDO2 velocity 606Ch (4 B), sent on SYNC; of a drive that stays powered also its position
 ///         demand 6062h (4 B): a loaded joint does not stand where its motor is held
 ///   TPDO3 digital inputs 60FDh (4 B), sent on SYNC; of a drive with an emergency stop's input
 std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Period period,
                                    QuickStop quick_stop = QuickStop::disables);
+
+/// What these steps map; a PDO that they leave alone is empty.
+PdoMaps maps_of(const std::vector<SetupStep>& steps);
+int bytes_of(const std::vector<Mapped>& map);  ///< length of a PDO
 
 }  // namespace mimesis::hw::cia402

@@ -76,10 +76,23 @@ void narrow(JointLimits& limits, const MachineJoint& joint, Eigen::Index i) {
   limits.j_max[i] = joint.j_max_rad_s3;
 }
 
-double bits_per_second(int axes, double rate_hz, bool stays_powered, int (*bits)(int)) {
+/// @param bits of a frame of so many bytes
+double bits_per_second(std::span<const cia402::Axis> axes, const Joints& joints, double rate_hz,
+                       int (*bits)(int)) {
+  const auto count = static_cast<double>(axes.size());
+  if (joints.drives == "powercube") {
+    constexpr double kStates = 0.25;  // a cycle: see powercube::Driver
+    return rate_hz * (count * (bits(8) + bits(8) + kStates * (bits(2) + bits(6))) + bits(1));
+  }
   constexpr double kHeartbeat_hz = 1000.0 / cia402::kDriveHeartbeatMs;
-  const int axis = bits(6) + bits(8) + bits(stays_powered ? 8 : 4);
-  return rate_hz * (axes * axis + bits(0)) + kHeartbeat_hz * (axes + 1) * bits(1);
+  int cycle = bits(0);
+  for (const cia402::Axis& axis : axes) {
+    const cia402::PdoMaps maps = cia402::maps_of(cia402::setup_steps(
+        axis, {}, {},
+        joints.walks ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables));
+    for (const auto& map : maps) cycle += map.empty() ? 0 : bits(cia402::bytes_of(map));
+  }
+  return rate_hz * cycle + kHeartbeat_hz * (count + 1.0) * bits(1);
 }
 
 }  // namespace
@@ -150,24 +163,32 @@ Machine load_machine(const std::string& file) {
   return machine;
 }
 
-BusLoad bus_load(int axes, double rate_hz, int bitrate, bool stays_powered) {
-  return {bits_per_second(axes, rate_hz, stays_powered, can::least_bits) / bitrate,
-          bits_per_second(axes, rate_hz, stays_powered, can::worst_bits) / bitrate};
+BusLoad bus_load(std::span<const cia402::Axis> axes, const Joints& joints, double rate_hz,
+                 int bitrate) {
+  return {bits_per_second(axes, joints, rate_hz, can::least_bits) / bitrate,
+          bits_per_second(axes, joints, rate_hz, can::worst_bits) / bitrate};
 }
 
-double largest_rate(int axes, int bitrate, bool stays_powered) {
-  for (int ticks = 10; ticks <= 10'000; ++ticks) {  // of 0.1 ms
-    const double rate_hz = 1e4 / ticks;
-    if (bus_load(axes, rate_hz, bitrate, stays_powered).worst <= kLargestLoad) return rate_hz;
+double largest_rate(std::span<const cia402::Axis> axes, const Joints& joints, int bitrate) {
+  const double second = bits_per_second(axes, joints, 0.0, can::worst_bits);
+  const double cycle = bits_per_second(axes, joints, 1.0, can::worst_bits) - second;
+  const double ticks = std::ceil(1e4 * cycle / (kLargestLoad * bitrate - second) - 1e-9);
+  return ticks > 0.0 && ticks <= 1e4 ? 1e4 / std::max(ticks, 10.0) : 0.0;  // of 0.1 ms
+}
+
+int fewest_buses(std::span<const cia402::Axis> axes, const Joints& joints, double rate_hz,
+                 int bitrate) {
+  const auto fits = [&](std::size_t count) {
+    return bus_load(axes.first(count), joints, rate_hz, bitrate).worst <= kLargestLoad;
+  };
+  int buses = 0;
+  for (; !axes.empty(); ++buses) {
+    std::size_t most = 0;
+    while (most < axes.size() && fits(most + 1)) ++most;
+    if (most == 0) return 0;
+    axes = axes.subspan(most);
   }
-  return 0.0;
-}
-
-int most_axes(double rate_hz, int bitrate, bool stays_powered) {
-  int axes = 0;
-  while (axes < 126 && bus_load(axes + 1, rate_hz, bitrate, stays_powered).worst <= kLargestLoad)
-    ++axes;
-  return axes;
+  return buses;
 }
 
 }  // namespace mimesis::hw

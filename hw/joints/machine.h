@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,12 +34,15 @@ struct BusLoad {
 /// Largest share that may be in use; the rest is for configuration, emergencies and repetitions.
 inline constexpr double kLargestLoad = 0.75;
 
-/// Cyclic traffic of `axes` drives at `rate_hz` as the bridge sets them up, SYNC and heartbeats.
-/// @param stays_powered the drives also report their demand
-BusLoad bus_load(int axes, double rate_hz, int bitrate, bool stays_powered);
+/// Cyclic traffic of the drives `axes` of one bus: the PDOs that the bridge maps in each, SYNC and
+/// heartbeats; of PowerCube modules steps, answers, states and the watchdog's refresh.
+/// @param joints kind of the drives, and whether they stay powered: then they report their demand
+BusLoad bus_load(std::span<const cia402::Axis> axes, const Joints& joints, double rate_hz,
+                 int bitrate);
 /// Largest rate of whole 0.1 ms up to 1 kHz that fits; 0: none.
-double largest_rate(int axes, int bitrate, bool stays_powered);
-/// Most axes on one bus at `rate_hz`.
-int most_axes(double rate_hz, int bitrate, bool stays_powered);
+double largest_rate(std::span<const cia402::Axis> axes, const Joints& joints, int bitrate);
+/// Fewest buses that carry these drives in their order at `rate_hz`; 0: one alone is too much.
+int fewest_buses(std::span<const cia402::Axis> axes, const Joints& joints, double rate_hz,
+                 int bitrate);
 
 }  // namespace mimesis::hw

@@ -56,6 +56,10 @@ class RecordedCan final : public can::Bus {
     counters_.errors += outcome.errors;
   }
 
+  void want(std::span<const can::Wanted> wanted) override {
+    if (wire_) wire_->want(wanted);
+  }
+
   std::size_t receive(std::span<can::Frame> frames) override {
     return take(runtime::read_outside(graph_, kCan, [&] { return hear(frames); }), frames);
   }

@@ -33,9 +33,9 @@ const char* step_name(int step) {
 }  // namespace
 
 Driver::Driver(DriverOptions options, std::unique_ptr<can::Bus> bus)
-    : options_(std::move(options)),
+    : PhasedActuators(options.limits, options.rate_hz, "searching the modules"),
+      options_(std::move(options)),
       bus_(std::move(bus)),
-      limiter_(options_.limits, 1.0 / options_.rate_hz),
       inbox_(128),
       posture_(options_.axes.size(), 0.0) {
   for (std::size_t i = 0; i < options_.axes.size(); ++i) {
@@ -48,8 +48,10 @@ Driver::Driver(DriverOptions options, std::unique_ptr<can::Bus> bus)
     modules_.push_back({.name = fmt::format("{} (module {})", name, axis.node_id), .axis = axis});
   }
   outbox_.reserve(modules_.size() + 4);
-  reading_.joints.resize(modules_.size());
-  reading_.reason = "searching the modules";
+  std::vector<can::Wanted> wanted;  // answers
+  for (const Module& module : modules_)
+    wanted.push_back({0x0A0u + static_cast<std::uint32_t>(module.axis.node_id), 0x7FF});
+  bus_->want(wanted);
   stop();
 }
 
@@ -59,21 +61,7 @@ void Driver::stop() noexcept {
     bus_->send(std::array{to_all(Command::halt)});
   } catch (...) {  // the modules' watchdogs are left
   }
-  if (reading_.phase == Phase::following || reading_.phase == Phase::enabling)
-    enter(Phase::stopping);
-}
-
-void Driver::enter(Phase phase) {
-  reading_.phase = phase;
-  entered_ = now_;
-  if (phase != Phase::fault && phase != Phase::starting) reading_.reason.clear();
-}
-
-void Driver::fault(const std::string& why) {
-  if (reading_.phase == Phase::fault && !reading_.reason.empty()) return;  // the first cause counts
-  may_enable_ = false;
-  enter(Phase::fault);
-  reading_.reason = why;
+  leave_motion();
 }
 
 std::string Driver::trouble_of(const Module& module) const {
@@ -252,37 +240,6 @@ const Reading& Driver::read(Time now) {
   return reading_;
 }
 
-void Driver::obey(const Setpoint& setpoint) {
-  const bool follow = setpoint.mode == Mode::follow;
-  switch (reading_.phase) {
-    case Phase::fault:
-    case Phase::idle:
-      if (!follow) {
-        may_enable_ = true;
-      } else if (may_enable_ && configured_ && reading_.posture_known &&
-                 reading_.phase == Phase::idle) {
-        for (Module& module : modules_) module.not_ok = false;
-        enter(Phase::enabling);
-      }
-      return;
-    case Phase::enabling:
-      if (!follow) enter(Phase::stopping);
-      return;
-    case Phase::following:
-      limiter_.coast(setpoint.missed);
-      if (setpoint.mode == Mode::idle) {
-        enter(Phase::stopping);
-      } else if (setpoint.mode == Mode::hold) {
-        limiter_.hold();
-      } else {
-        reading_.limited += limiter_.follow(setpoint.position_rad, setpoint.brakes) ? 1 : 0;
-      }
-      return;
-    default:
-      return;
-  }
-}
-
 /// Position and state in turn: an answer carries one of them.
 void Driver::ask_all(bool state) {
   for (const Module& module : modules_)
@@ -293,7 +250,11 @@ void Driver::write(Time now, const Setpoint& setpoint) {
   now_ = now;
   if (options_.readonly) return;
   outbox_.clear();
-  obey(setpoint);
+  const Phase before = reading_.phase;
+  obey(setpoint, configured_ && before == Phase::idle);
+  if (reading_.phase == Phase::enabling && before != Phase::enabling) {
+    for (Module& module : modules_) module.not_ok = false;
+  }
   ++cycles_;
   if (!configured_) {
     outbox_.push_back(to_all(Command::halt));

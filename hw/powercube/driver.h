@@ -6,8 +6,8 @@
 #include "hw/actuators.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/axis.h"
+#include "hw/phased_actuators.h"
 #include "hw/powercube/protocol.h"
-#include "hw/setpoint_limiter.h"
 
 namespace mimesis::hw::powercube {
 
@@ -26,7 +26,7 @@ struct DriverOptions {
 /// refresh and a step (while following) or a question to each module; each answers with position
 /// and state. A module that hears no refresh halts by itself. After any fault all are halted; a
 /// set-point is obeyed again only after Mode::idle, and starts at the actual posture.
-class Driver final : public Actuators {
+class Driver final : public PhasedActuators {
  public:
   /// Halts all modules first.
   Driver(DriverOptions options, std::unique_ptr<can::Bus> bus);
@@ -59,21 +59,15 @@ class Driver final : public Actuators {
   void supervise();
   void ask_all(bool state);
   std::string trouble_of(const Module& module) const;
-  void fault(const std::string& why);
-  void enter(Phase phase);
-  void obey(const Setpoint& setpoint);
 
   DriverOptions options_;
   std::unique_ptr<can::Bus> bus_;
-  SetpointLimiter limiter_;
   std::vector<Module> modules_;
   std::vector<can::Frame> inbox_, outbox_;
   std::vector<double> posture_;
-  Reading reading_;
-  Time now_{}, entered_{};
   Time forgiven_until_{};  ///< after a reset: answers that are older tell of the old fault
   std::uint64_t cycles_ = 0;
-  bool begun_ = false, configured_ = false, may_enable_ = true;
+  bool begun_ = false, configured_ = false;
 };
 
 }  // namespace mimesis::hw::powercube

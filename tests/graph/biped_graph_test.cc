@@ -35,12 +35,23 @@ void expect_within_the_goals(const json& result) {
   EXPECT_EQ(result["failed_solves"], 0);
 }
 
+/// Links with each other, or with furniture.
+void expect_no_contacts(const Scenario& run) {
+  const auto truth = all<v1::BodyTruth>(run, "sim_body/truth");
+  ASSERT_FALSE(truth.empty());
+  EXPECT_EQ(truth.back().self_collisions().steps(), 0u)
+      << truth.back().self_collisions().deepest_between();
+  EXPECT_EQ(truth.back().furniture_collisions().steps(), 0u)
+      << truth.back().furniture_collisions().deepest_between();
+}
+
 TEST(BipedGraph, WalksToAGoalAndStandsThere) {
   Scenario run("biped", {"--arg", "x=0.6", "--set", "sim_body.settle_s=3"});
   EXPECT_EQ(run.wait(), 0);
   const json result = run.result();
   ASSERT_TRUE(result.is_object()) << run.process().output();
   expect_within_the_goals(result);
+  expect_no_contacts(run);
   EXPECT_GE(result["steps"], 4);
   EXPECT_LT(result["goal_distance_mm"], 150.0);
   const std::vector<v1::WalkState> expected = {v1::WALK_STATE_WAITING,  v1::WALK_STATE_STANDING,
@@ -66,6 +77,7 @@ TEST(BipedGraph, IsPushedFromTheSideAndWalksOn) {
   ASSERT_TRUE(result.is_object()) << run.process().output();
   EXPECT_EQ(result["success"], true);
   EXPECT_EQ(result["fell"], false);
+  expect_no_contacts(run);
 }
 
 /// Nodes stop in wall time, and a walker that hears no motion any more ends its steps.

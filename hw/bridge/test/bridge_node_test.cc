@@ -37,7 +37,8 @@ class Node : public ::testing::Test {
       if (speak) graph.send("command", command, now - 5ms);
       node->step(now);
       if (rack) rack->step(now + 2500us);
-      if (now.count() % 10'000'000 == 0) plant.step(0.01, server.exchange(plant.input()), 0.5);
+      if (server && now.count() % 10'000'000 == 0)
+        plant.step(0.01, server->exchange(plant.input()), 0.5);
     }
     if (auto s = graph.take_last<v1::BridgeStatus>("status")) status = *s;
     if (auto s = graph.take_last<v1::JointState>("arm")) arm = *s;
@@ -54,7 +55,7 @@ class Node : public ::testing::Test {
   kin::ArmModel model = model::load_arm("lwr4.yaml");
   std::vector<sim::DriveConfig> drives;
   std::optional<sim::Rack> rack;
-  sim::HandServer server{modbus::parse_address("unix:hand", graph.directory())};
+  std::optional<sim::HandServer> server{modbus::parse_address("unix:hand", graph.directory())};
   sim::HandPlant plant{{}};
   std::optional<BridgeNode> node;
   Time now = 1s;
@@ -241,6 +242,39 @@ TEST_F(Node, ClosesTheHandOnTheObject) {
   EXPECT_NEAR(hand.closure(), 0.5, 0.01);
   EXPECT_FALSE(hand.moving());
 }
+
+struct WithHand : Node, ::testing::WithParamInterface<const char*> {
+  WithHand() : Node({.on_hand_fault = GetParam(), .arming = "auto"}) {}
+};
+
+/// A hand that dies in the middle of a grip: the arm stops, or goes on, as configured.
+TEST_P(WithHand, ThatFailsStopsTheArmIfItIsTo) {
+  run(1s);
+  ASSERT_EQ(status.state(), "following") << "a hand that is not there yet stops nothing";
+  v1::HandCommand close;
+  close.set_closure(1.0);
+  graph.send("hand_command", close, now);
+  run(300ms);
+  ASSERT_TRUE(hand.moving());
+  server.reset();
+  run(500ms);
+  EXPECT_NE(hand.fault(), "");
+  if (std::string(GetParam()) == "go_on") {
+    EXPECT_EQ(status.state(), "following") << status.reason();
+    return;
+  }
+  EXPECT_EQ(status.reason().substr(0, 22), "emergency stop: hand: ");
+  EXPECT_EQ(status.state(), "idle");
+  server.emplace(modbus::parse_address("unix:hand", graph.directory()));
+  run(3s);
+  EXPECT_EQ(status.state(), "idle") << "it is back, but nobody has reset";
+  EXPECT_EQ(ask("reset"), "");
+  run(200ms, false);
+  run(1s);
+  EXPECT_EQ(status.state(), "following") << status.reason();
+}
+INSTANTIATE_TEST_SUITE_P(OnHandFault, WithHand, ::testing::Values("go_on", "stop"),
+                         [](const auto& p) { return std::string(p.param); });
 
 TEST_F(Node, StopDisablesTheDrives) {
   run(1s);

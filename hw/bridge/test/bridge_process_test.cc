@@ -13,6 +13,7 @@
 #include "common/testing/process.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/cia402.h"
+#include "hw/modbus/testing/odd_hand.h"
 #include "proto/bridge.pb.h"
 
 namespace mimesis::hw::bridge {
@@ -62,13 +63,13 @@ class Robot : public ::testing::Test {
   }
   void start_drives() { start_node(drives, "sim_drives", {"--set", "bus=" + can_address()}); }
   void start_hand() { start_node(hand, "sim_hand", {}); }
-  void start_bridge() {
+  void start_bridge(const std::string& setting = "arming=auto") {
     // Patience beyond the defaults: a busy machine must not stop the arm in a test about something
     // else.
     start_node(bridge, "bridge",
                {"--set", "can=" + can_address(), "--set", "silence_s=0.5", "--set",
-                "feedback_timeout_s=0.5", "--set", "arming=auto", "--in", "command=test/command",
-                "--in", "hand_command=test/hand_command"});
+                "feedback_timeout_s=0.5", "--set", "arming=auto", "--set", setting, "--in",
+                "command=test/command", "--in", "hand_command=test/hand_command"});
     ASSERT_TRUE(wait_state("idle")) << bridge->errors();
     ASSERT_TRUE(peer.wait_subscriber(command));
     ASSERT_TRUE(peer.until([&] { return arm.get() != nullptr; }));
@@ -187,6 +188,39 @@ TEST_F(Robot, MovesTheHand) {
     const v1::HandState* h = hand_state.get();
     return h->grip() == v1::GRIP_PRECISION && std::abs(h->closure() - 0.4) < 0.01 && !h->moving();
   })) << bridge->errors();
+}
+
+/// It is reported within 0.5 s, and the arm stops if it is to.
+TEST_F(Robot, AHandThatFailsInTheMiddleOfAGrip) {
+  if (in_lockstep()) GTEST_SKIP() << "time waits for a hand";
+  for (const std::string way : {"dies", "stalls", "answers rubbish"}) {
+    SCOPED_TRACE(way);
+    start_hand();
+    start_bridge("on_hand_fault=stop");
+    ASSERT_TRUE(peer.until([&] {
+      return hand_state.get() != nullptr && hand_state.get()->active();
+    })) << bridge->errors();
+    ASSERT_TRUE(peer.wait_subscriber(hand_command));
+    follow();
+    v1::HandCommand c;
+    c.set_closure(1.0);
+    hand_command.send(c, peer.graph_time());
+    ASSERT_TRUE(stream(swing, [&] { return hand_state.get()->moving(); }));
+    hand->signal(way == "stalls" ? SIGSTOP : SIGKILL);
+    std::optional<modbus::OddHand> odd;
+    if (way == "answers rubbish" && hand->wait())  // its address is free
+      odd.emplace(modbus::parse_address("unix:hand", graph.directory()), std::string(300, '\xFF'));
+    const Time failed = peer.graph_time();
+    ASSERT_TRUE(stream(swing, [&] { return !hand_state.get()->fault().empty(); }));
+    const double took_s = runtime::to_seconds(hand_state.stamp() - failed);
+    EXPECT_LE(took_s, 0.5);
+    RecordProperty("reported_s_" + way, std::to_string(took_s));
+    ASSERT_TRUE(stream(swing, [&] { return status.get()->state() == "idle"; }));
+    EXPECT_EQ(status.get()->reason().substr(0, 22), "emergency stop: hand: ");
+    EXPECT_EQ(bridge->terminate(), 0);
+    hand.reset();
+    ASSERT_TRUE(peer.until([&] { return !enabled(); }));
+  }
 }
 
 TEST_F(Robot, SigtermSendsQuickStopLastAndExitsWell) {

@@ -198,6 +198,38 @@ TEST(EmbeddedBus, RejectsForeignDatagrams) {
   EXPECT_EQ(a->counters().errors, 2u);
 }
 
+/// On the kernel's CAN: can_socketcan_test runs this in a guest.
+TEST(SocketCan, BringsWhatIsWantedWithItsTimeOfArrival) {
+  const char* address = std::getenv("MIMESIS_TEST_CAN");
+  if (address == nullptr) GTEST_SKIP() << "MIMESIS_TEST_CAN names no interface";
+  auto a = open(address, ""), b = open(address, ""), all = open(address, "");
+  b->want(std::array{Wanted{5, 0x7F}, Wanted{0x0A3, 0x7FF}});
+  std::vector<Frame> sent;
+  for (std::uint32_t id = 0; id < 0x800; ++id) sent.push_back(frame(id, {1}));
+  sent.push_back(frame(5 | kExtendedFlag));
+  const auto before = std::chrono::system_clock::now().time_since_epoch();
+  std::vector<Frame> got, heard;
+  for (std::span<const Frame> rest(sent); !rest.empty();) {
+    const auto some = rest.first(std::min<std::size_t>(rest.size(), 64));
+    a->send(some);
+    rest = rest.subspan(some.size());
+    for (const Frame& f : receive_all(*b)) got.push_back(f);
+    for (const auto stamp : b->stamps()) EXPECT_GE(stamp, before);
+    for (const Frame& f : receive_all(*all)) heard.push_back(f);
+  }
+  EXPECT_EQ(heard, sent);
+  std::vector<Frame> wanted;
+  std::ranges::copy_if(sent, std::back_inserter(wanted), [](const Frame& f) {
+    return (f.id & kExtendedFlag) == 0 && ((f.id & 0x7F) == 5 || f.id == 0x0A3);
+  });
+  EXPECT_EQ(got, wanted);
+  a->send(std::array{sent[5]});
+  ASSERT_EQ(receive_all(*b).size(), 1u);
+  ASSERT_EQ(b->stamps().size(), 1u);
+  EXPECT_GE(b->stamps()[0], before);
+  EXPECT_LE(b->stamps()[0], std::chrono::system_clock::now().time_since_epoch());
+}
+
 TEST(Trouble, IsWhatKeepsTheControllerFromTheBus) {
   Frame f{.id = kErrorFlag | CAN_ERR_BUSOFF, .length = 8};
   EXPECT_STREQ(trouble(f), "bus-off");

@@ -1,14 +1,39 @@
 #include "hw/cia402/joint_driver.h"
 
+#include <dlfcn.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <optional>
+#include <utility>
 
+#include "common/runtime/log.h"
 #include "common/testing/loopback.h"
 #include "common/testing/no_malloc.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/sim/cia402/rack.h"
+
+namespace {
+thread_local bool locks_refused = false;
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define MIMESIS_REFUSES_LOCKS
+extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) {
+  using Lock = int (*)(pthread_mutex_t*);
+  static const auto lock = reinterpret_cast<Lock>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
+  if (std::exchange(locks_refused, false)) {
+    static constexpr char kLine[] = "a lock where none is allowed\n";
+    [[maybe_unused]] const auto written = write(STDERR_FILENO, kLine, sizeof kLine - 1);
+    std::abort();
+  }
+  return lock(mutex);
+}
+#endif
 
 namespace mimesis::hw::cia402 {
 namespace {
@@ -443,29 +468,61 @@ TEST_F(Bench, SaysWhereTheEnableSequenceHangs) {
   EXPECT_NE(reading().reason.find("A3 (node 9): expected"), std::string::npos) << reading().reason;
 }
 
-TEST(Driver, CycleDoesNotAllocate) {
+/// While one lives, a lock on this thread aborts; a log takes one, too.
+class NoLock {
+ public:
+  NoLock() { locks_refused = true; }
+  ~NoLock() { locks_refused = false; }
+  NoLock(const NoLock&) = delete;
+  NoLock& operator=(const NoLock&) = delete;
+};
+
+/// Thirty axes on four buses, from the first cycle in which they follow.
+TEST(Driver, CycleNeitherAllocatesNorLocksNorLogs) {
   testing::Loopback graph;
-  sim::Rack rack({{.axis = {.node_id = 1}}}, can::open("embedded:x", graph.directory()));
-  const auto one = [](double x) { return Eigen::VectorXd::Constant(1, x); };
-  JointDriver driver(
-      {.axes = {{.node_id = 1}},
-       .limits = {.q_min = one(-1), .q_max = one(1), .v_max = one(1), .a_max = one(5)}},
-      can::open("embedded:x", graph.directory()));
-  const std::array q{0.0};
-  Phase phase = Phase::starting;
-  for (Time now = 1s; now < 3s; now += kCycle) {
-    const Setpoint setpoint = {.mode = now < 2s ? Mode::idle : Mode::follow, .position_rad = q};
-    if (phase == Phase::following) {
-      testing::NoMalloc guard;
-      phase = driver.read(now).phase;
-      driver.write(now, setpoint);
-    } else {
-      phase = driver.read(now).phase;
-      driver.write(now, setpoint);
+  std::vector<sim::Rack> racks;
+  std::vector<std::unique_ptr<JointDriver>> parts;
+  int node = 0;
+  for (const int count : {6, 6, 9, 9}) {
+    const std::string address = fmt::format("embedded:bus{}", parts.size());
+    const auto all = [&](double x) { return Eigen::VectorXd::Constant(count, x); };
+    JointDriverOptions options{
+        .limits = {.q_min = all(-1), .q_max = all(1), .v_max = all(1), .a_max = all(5)},
+        .tracking_window_rad = 0.1};
+    std::vector<sim::DriveConfig> drives;
+    for (int i = 0; i < count; ++i) {
+      options.axes.push_back({.node_id = ++node});
+      drives.push_back({.axis = options.axes.back()});
     }
-    rack.step(now + kCycle / 2);
+    racks.emplace_back(drives, can::open(address, graph.directory()));
+    parts.push_back(std::make_unique<JointDriver>(options, can::open(address, graph.directory())));
+  }
+  GroupDriver driver(std::move(parts));
+  const std::vector<double> q(30, 0.0);
+  Phase phase = Phase::starting;
+  for (Time now = 1s; now < 4s; now += kCycle) {
+    const Setpoint setpoint = {.mode = now < 2s ? Mode::idle : Mode::follow, .position_rad = q};
+    const auto cycle = [&] {
+      phase = driver.read(now).phase;
+      driver.write(now, setpoint);
+    };
+    if (phase == Phase::following) {
+      const testing::NoMalloc no_malloc;
+      const NoLock no_lock;
+      cycle();
+    } else {
+      cycle();
+    }
+    for (sim::Rack& rack : racks) rack.step(now + kCycle / 2);
   }
   EXPECT_EQ(phase, Phase::following);
+#ifdef MIMESIS_REFUSES_LOCKS
+  const auto log = [] {
+    const NoLock no_lock;
+    runtime::warn("a line");
+  };
+  EXPECT_DEATH(log(), "a lock where none is allowed");
+#endif
 }
 
 TEST(Period, IsWhatTheDriveCanHold) {

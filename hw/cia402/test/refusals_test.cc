@@ -90,6 +90,17 @@ TEST_F(Stubborn, ReadOnlyObjectsAreRead) {
             "read-only (0x06010002): expected 0x0003, is 0x0001");
 }
 
+/// A drive that would go on without its master is not enabled.
+TEST_F(Stubborn, ItsWatchOverOurHeartbeatIsSetAndReadBack) {
+  EXPECT_EQ(run(config), Phase::following) << reason();
+  EXPECT_EQ(drive().objects().value(0x1016'01), 0x7F00FA) << "node 127, 250 ms";
+  config.fixed = {0x1016'01};
+  EXPECT_EQ(run(config), Phase::fault);
+  EXPECT_EQ(reason(),
+            "A1 (node 3): SDO 1016:01 (watch over our heartbeat): object is read-only "
+            "(0x06010002): expected 0x7F00FA, is 0x0000");
+}
+
 /// Its maker's PDOs: mode and controlword and target together; position before status.
 TEST_F(Stubborn, PdosThatCannotBeMapped) {
   const auto fix = [&](std::uint16_t index) {

@@ -2,15 +2,24 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "common/error.h"
 #include "common/testing/loopback.h"
+#include "hw/can/load.h"
+#include "hw/can/testing/memory_wire.h"
+#include "hw/cia402/joint_driver.h"
+#include "hw/powercube/driver.h"
+#include "hw/sim/cia402/rack.h"
+#include "hw/sim/powercube/module.h"
 
 namespace mimesis::hw {
 namespace {
+
+using namespace std::chrono_literals;
 
 class MachineFiles : public ::testing::Test {
  protected:
@@ -90,22 +99,100 @@ TEST_F(MachineFiles, SayWhatIsWrong) {
   EXPECT_EQ(refusal(text().substr(0, text().rfind("  - "))), ": joints: 6 given, lwr4.yaml has 7");
 }
 
+constexpr int kMbit = 1'000'000;
+
+Joints robot_with(bool walks, const std::string& drives = "cia402") {
+  Joints joints;
+  joints.walks = walks;
+  joints.drives = drives;
+  return joints;
+}
+
 /// The rows of hw/README.md, and of the literature: 30 axes at 200 Hz do not fit on one bus.
 TEST(Loads, OfTheReadmeAndOfTheLiterature) {
-  const auto percent = [](int axes, bool powered) {
-    return std::lround(100.0 * bus_load(axes, 200.0, 1'000'000, powered).worst);
+  const Joints arm = robot_with(false), biped = robot_with(true);
+  const std::vector<cia402::Axis> axes(126);
+  const auto first = [&](std::size_t n) { return std::span(axes).first(n); };
+  const auto percent = [&](std::size_t n, const Joints& joints) {
+    return std::lround(100.0 * bus_load(first(n), joints, 200.0, kMbit).worst);
   };
-  EXPECT_EQ(percent(6, false), 43);
-  EXPECT_EQ(percent(7, false), 50);
-  EXPECT_EQ(percent(30, false), 210);
-  EXPECT_EQ(percent(9, true), 71);
-  EXPECT_EQ(percent(30, true), 234);
-  EXPECT_EQ(most_axes(200.0, 1'000'000, false), 10);
-  EXPECT_EQ(most_axes(1000.0, 1'000'000, false), 2) << "classic CAN is out";
-  const double rate = largest_rate(7, 1'000'000, false);
-  EXPECT_LE(bus_load(7, rate, 1'000'000, false).worst, kLargestLoad);
-  EXPECT_GT(bus_load(7, 1e4 / (1e4 / rate - 1.0), 1'000'000, false).worst, kLargestLoad);
-  EXPECT_EQ(largest_rate(126, 10'000, false), 0.0);
+  EXPECT_EQ(percent(6, arm), 43);
+  EXPECT_EQ(percent(7, arm), 50);
+  EXPECT_EQ(percent(30, arm), 210);
+  EXPECT_EQ(percent(9, biped), 71);
+  EXPECT_EQ(percent(30, biped), 234);
+  EXPECT_EQ(fewest_buses(first(30), arm, 200.0, kMbit), 3);
+  EXPECT_EQ(fewest_buses(first(31), arm, 200.0, kMbit), 4);
+  EXPECT_EQ(fewest_buses(first(30), arm, 1000.0, kMbit), 15) << "classic CAN is out";
+  EXPECT_EQ(fewest_buses(first(1), arm, 1000.0, 200'000), 0);
+  const double rate = largest_rate(first(7), arm, kMbit);
+  EXPECT_LE(bus_load(first(7), arm, rate, kMbit).worst, kLargestLoad);
+  EXPECT_GT(bus_load(first(7), arm, 1e4 / (1e4 / rate - 1.0), kMbit).worst, kLargestLoad);
+  EXPECT_EQ(largest_rate(first(1), arm, kMbit), 1000.0);
+  EXPECT_EQ(largest_rate(axes, arm, 10'000), 0.0);
+}
+
+/// Most bits that pass `tap` in a second of following, by the frames that driver and devices send.
+template <class Devices>
+long bits_of_a_second(Actuators& driver, const Devices& devices, can::Bus& tap, Time cycle,
+                      std::size_t axes) {
+  const std::vector<double> q(axes, 0.0);
+  std::vector<can::Frame> frames(4096);
+  long bits = 0;
+  for (Time now{}; now < 4s; now += cycle) {
+    driver.read(now);
+    driver.write(now, {.mode = now < 2s ? Mode::idle : Mode::follow, .position_rad = q});
+    devices(now + cycle / 2);
+    const std::size_t count = tap.receive(frames);
+    for (std::size_t i = 0; now >= 3s && i < count; ++i) bits += can::worst_bits(frames[i].length);
+  }
+  EXPECT_EQ(driver.read(4s).phase, Phase::following);
+  return bits;
+}
+
+/// An emergency stop's input is one more PDO of its drive, a powered drive reports more.
+TEST(Loads, AreThoseOfTheFramesOnTheWire) {
+  for (const bool walks : {false, true}) {
+    can::MemoryWire wire;
+    const auto tap = wire.join();
+    const std::vector<cia402::Axis> axes{
+        {.node_id = 1}, {.node_id = 2, .stop_bit = 3}, {.node_id = 3, .stop_bit = 3}};
+    const auto all = [](double x) { return Eigen::VectorXd::Constant(3, x); };
+    sim::Rack rack({{.axis = axes[0]}, {.axis = axes[1]}, {.axis = axes[2]}}, wire.join());
+    cia402::JointDriver driver(
+        {.axes = axes,
+         .limits = {.q_min = all(-1), .q_max = all(1), .v_max = all(1), .a_max = all(5)},
+         .quick_stop = walks ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables},
+        wire.join());
+    const auto step = [&](Time now) { rack.step(now); };
+    EXPECT_NEAR(static_cast<double>(bits_of_a_second(driver, step, *tap, 5ms, 3)),
+                kMbit * bus_load(axes, robot_with(walks), 200.0, kMbit).worst, 1.0);
+  }
+}
+
+TEST(Loads, OfPowerCubeModulesToo) {
+  can::MemoryWire wire;
+  const auto tap = wire.join();
+  const auto theirs = wire.join();
+  const std::vector<cia402::Axis> axes{{.node_id = 1}, {.node_id = 2}};
+  const auto all = [](double x) { return Eigen::VectorXd::Constant(2, x); };
+  std::array modules{sim::Module({.module = 1}), sim::Module({.module = 2})};
+  powercube::Driver driver(
+      {.axes = axes,
+       .limits = {.q_min = all(-1), .q_max = all(1), .v_max = all(1), .a_max = all(5)}},
+      wire.join());
+  const auto step = [&](Time now) {
+    std::vector<can::Frame> heard(64), out;
+    const std::size_t count = theirs->receive(heard);
+    for (sim::Module& module : modules) {
+      module.advance(now);
+      for (const can::Frame& f : std::span(heard).first(count)) module.handle(f, out);
+    }
+    theirs->send(out);
+  };
+  const double said = kMbit * bus_load(axes, robot_with(false, "powercube"), 50.0, kMbit).worst;
+  const auto sent = static_cast<double>(bits_of_a_second(driver, step, *tap, 20ms, 2));
+  EXPECT_NEAR(sent, said, 0.01 * said) << "states are asked for in every fourth cycle";
 }
 
 }  // namespace

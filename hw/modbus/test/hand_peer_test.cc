@@ -1,11 +1,16 @@
 // Against foreign Modbus programs: Debian's mbpoll as client, python3-pymodbus as server.
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdio>
+#include <optional>
 
 #include "hw/modbus/hand.h"
 #include "hw/sim/hand/hand.h"
@@ -39,17 +44,68 @@ tl::expected<HandInput, Status> answer_of(HandClient& client, pid_t server) {
   return answer;
 }
 
-TEST(Peer, MbpollReadsAndWritesTheSimulatedHand) {
+/// Two serial devices of this machine whose lines are joined, by a process of its own.
+class SerialLine {
+ public:
+  SerialLine() {
+    for (int i = 0; i < 2; ++i) {
+      termios raw{};
+      cfmakeraw(&raw);
+      std::array<char, 64> name{};
+      if (openpty(&masters_[i], &slaves_[i], name.data(), &raw, nullptr) == 0)
+        names[i] = name.data();
+    }
+    copier_ = fork();
+    if (copier_ != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    for (;;) {
+      pollfd ready[2] = {{masters_[0], POLLIN, 0}, {masters_[1], POLLIN, 0}};
+      poll(ready, 2, -1);
+      for (int i = 0; i < 2; ++i) {
+        std::array<char, 256> data;
+        const ssize_t n = ready[i].revents != 0 ? read(masters_[i], data.data(), data.size()) : 0;
+        if (n > 0 && write(masters_[1 - i], data.data(), static_cast<std::size_t>(n)) != n)
+          _exit(1);
+      }
+    }
+  }
+  ~SerialLine() {
+    kill(copier_, SIGKILL);
+    waitpid(copier_, nullptr, 0);
+    for (const int fd : masters_) close(fd);
+    for (const int fd : slaves_) close(fd);
+  }
+  SerialLine(const SerialLine&) = delete;
+  SerialLine& operator=(const SerialLine&) = delete;
+
+  std::array<std::string, 2> names;
+
+ private:
+  std::array<int, 2> masters_{}, slaves_{};
+  pid_t copier_ = -1;
+};
+
+/// Over TCP and on a serial line (RTU).
+class Mbpoll : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Peer, Mbpoll, ::testing::Bool(),
+                         [](const auto& p) { return p.param ? "Rtu" : "Tcp"; });
+
+TEST_P(Mbpoll, ReadsAndWritesTheSimulatedHand) {
   if (output_of("command -v mbpoll").empty()) GTEST_SKIP() << "mbpoll is not installed";
-  const int port = 21000 + getpid() % 10'000;
-  sim::HandServer server(parse_address("tcp:127.0.0.1:" + std::to_string(port), ""));
+  std::optional<SerialLine> line;
+  if (GetParam()) line.emplace();
+  const std::string port = std::to_string(21000 + getpid() % 10'000);
+  sim::HandServer server(
+      parse_address(line ? "rtu:" + line->names[0] : "tcp:127.0.0.1:" + port, ""));
   server.exchange({.activated = true, .initialisation = Initialisation::done, .position = 0x80});
-  const std::string mbpoll = "mbpoll -0 -1 -q -a 9 -p " + std::to_string(port);
-  const std::string read = output_of(mbpoll + " -t 4:hex -r 2000 -c 8 127.0.0.1");
+  const std::string mbpoll =
+      "mbpoll -0 -1 -q -a 9 " + (line ? "-m rtu -b 115200 -P none" : "-p " + port);
+  const std::string where = line ? line->names[1] : "127.0.0.1";
+  const std::string read = output_of(mbpoll + " -t 4:hex -r 2000 -c 8 " + where);
   EXPECT_NE(read.find("[2000]: \t0x31C0"), std::string::npos) << read;
   EXPECT_NE(read.find("[2002]: \t0x8000"), std::string::npos) << read;
   const std::string written =
-      output_of(mbpoll + " -t 4 -r 1000 127.0.0.1 2816 200 65344 0 0 0 0 0");
+      output_of(mbpoll + " -t 4 -r 1000 " + where + " 2816 200 65344 0 0 0 0 0");
   const HandOutput o = server.exchange({});
   EXPECT_TRUE(o.activate) << written;
   EXPECT_EQ(o.mode, HandMode::pinch);

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "common/testing/loopback.h"
+#include "hw/modbus/testing/odd_hand.h"
 #include "hw/sim/hand/hand.h"
 
 namespace mimesis::hw::modbus {
@@ -88,31 +89,6 @@ TEST_F(Hand, StopLeavesTheFingersWhereTheyAre) {
   for (int i = 0; i < 100; ++i) plant.step(0.01, server->exchange(plant.input()), contact);
   EXPECT_DOUBLE_EQ(plant.closure(), half);
 }
-
-/// A hand that answers whatever it likes: listens, reads, and gives `answer`.
-class OddHand {
- public:
-  OddHand(const Address& address, std::string answer)
-      : listener_(listen(address)), answer_(std::move(answer)), thread_([this] { serve(); }) {}
-  ~OddHand() {
-    shutdown(listener_, SHUT_RDWR);
-    thread_.join();
-    close(listener_);
-  }
-
- private:
-  void serve() {
-    for (int client; (client = accept(listener_, nullptr, nullptr)) >= 0; close(client)) {
-      char request[300];
-      while (recv(client, request, sizeof(request), 0) > 0 &&
-             send(client, answer_.data(), answer_.size(), MSG_NOSIGNAL) >= 0) {
-      }
-    }
-  }
-  int listener_;
-  std::string answer_;
-  std::thread thread_;
-};
 
 /// In the middle of a grip the hand dies, stalls, or answers rubbish; the driver says so, within
 /// 0.5 s and without waiting for it, and goes on when the hand is back.

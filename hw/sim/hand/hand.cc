@@ -94,24 +94,31 @@ void HandPlant::step(double dt, const HandOutput& output, std::optional<double> 
 
 struct HandServer::Impl {
   explicit Impl(const modbus::Address& address)
-      : context(modbus_new_tcp(nullptr, 0), &modbus_free),
+      : context(address.device.empty() ? modbus_new_tcp(nullptr, 0)
+                                       : modbus_new_rtu(address.device.c_str(), 115'200, 'N', 8, 1),
+                &modbus_free),
         // Holding registers from the output to the end of the input, the input also as input
         // registers.
         mapping(modbus_mapping_new_start_address(0, 0, 0, 0, kOutputAddress, kIndex + kRegisters,
                                                  kInputAddress, kRegisters),
                 &modbus_mapping_free),
         path(address.path),
-        listener(modbus::listen(address)),
+        listener(address.device.empty() ? modbus::listen(address) : -1),
         wake(eventfd(0, EFD_CLOEXEC)) {
     MIMESIS_ASSERT(context && mapping && wake >= 0);
-    thread = std::thread([this] { serve(); });
+    const bool line = listener < 0;
+    if (line &&
+        (modbus_set_slave(context.get(), modbus::kUnit) != 0 || modbus_connect(context.get()) != 0))
+      throw ConfigError("Modbus server at " + address.text + ": " + modbus_strerror(errno));
+    thread = std::thread([this, line] { line ? serve_line() : serve(); });
   }
 
   ~Impl() {
     eventfd_write(wake, 1);
     thread.join();
     for (const Client& client : clients) close(client.socket);
-    close(listener);
+    if (listener >= 0) close(listener);
+    modbus_close(context.get());
     close(wake);
     if (!path.empty()) unlink(path.c_str());
   }
@@ -138,6 +145,24 @@ struct HandServer::Impl {
         return !stays;
       });
       if (waiting[1].revents != 0) accept_client();
+    }
+  }
+
+  /// Requests on a serial line; libmodbus drops what is damaged or for another unit.
+  void serve_line() {
+    std::array<std::uint8_t, MODBUS_RTU_MAX_ADU_LENGTH> request{};
+    bool quiet = false;  // after an error, so that a line that is gone does not keep us busy
+    for (;;) {
+      std::array<pollfd, 2> waiting = {
+          {{wake, POLLIN, 0}, {quiet ? -1 : modbus_get_socket(context.get()), POLLIN, 0}}};
+      if (poll(waiting.data(), waiting.size(), quiet ? kLook_ms : -1) < 0) continue;
+      if (waiting[0].revents != 0) return;
+      if (std::exchange(quiet, false)) continue;
+      const int length = modbus_receive(context.get(), request.data());
+      quiet = length < 0;
+      if (length <= 0) continue;
+      const std::lock_guard lock(mutex);
+      modbus_reply(context.get(), request.data(), length, mapping.get());
     }
   }
 

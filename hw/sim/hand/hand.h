@@ -38,8 +38,9 @@ class HandPlant {
   double left_s_ = 0.0;  // time left of activation or change of mode
 };
 
-/// Modbus TCP server of a hand on a thread of its own (libmodbus). Values that clients read change
-/// only in `exchange`, so that in lock-step the thread's timing has no effect.
+/// Modbus server of a hand, TCP or on a serial line, on a thread of its own (libmodbus). Values
+/// that clients read change only in `exchange`, so that in lock-step the thread's timing has no
+/// effect.
 class HandServer {
  public:
   /// @throws ConfigError if the address cannot be served

@@ -15,7 +15,7 @@ struct HandNodeParams {
   double rate_hz = 100.0;  ///< rate of steps [Hz]
   /// time of the first step within the period: after the bridge's [s]
   double offset_s = 0.0025;
-  std::string address = "unix:hand";  ///< served: tcp:HOST:PORT or unix:NAME
+  std::string address = "unix:hand";  ///< served: tcp:HOST:PORT, unix:NAME, rtu:DEVICE
   HandParams hand{};
 
   void visit(runtime::ParamVisitor& v) {

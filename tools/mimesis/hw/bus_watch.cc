@@ -59,6 +59,11 @@ void BusWatch::observe(const can::Frame& frame) {
     if (const auto position = cia402::signed_at(frame, 2, 4)) node.position = position;
     node.torque = cia402::signed_at(frame, 6, 2).value_or(0);
   }
+  if (id.kind == Kind::sdo_response && temperature_) {
+    const cia402::Sdo answer = cia402::parse_sdo_response(frame);
+    if (answer.kind == cia402::Sdo::Kind::uploaded && answer.object == *temperature_)
+      node.temperature = cia402::signed_at(frame, 4, answer.bytes);
+  }
   if (id.kind == Kind::tpdo && id.n == 2) node.velocity = cia402::signed_at(frame, 0, 4);
 }
 

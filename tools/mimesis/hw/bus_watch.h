@@ -7,6 +7,7 @@
 
 #include "hw/actuators.h"
 #include "hw/can/bus.h"
+#include "hw/cia402/canopen.h"
 
 namespace mimesis::tool {
 
@@ -17,6 +18,10 @@ std::string candump_line(const hw::can::Frame& frame, hw::Time stamp, const std:
 /// What a listener learns of the drives on a bus from their frames, as the bridge maps them.
 class BusWatch {
  public:
+  /// @param temperature its object; its answers to whoever asks are kept
+  explicit BusWatch(std::optional<hw::cia402::Object> temperature = {})
+      : temperature_(temperature) {}
+
   struct Node {
     int id = 0;
     std::optional<int> nmt{};  ///< of its last heartbeat
@@ -24,6 +29,7 @@ class BusWatch {
     std::uint16_t statusword = 0;
     std::optional<std::int32_t> position{}, target{}, velocity{};  ///< [increments], [1/s]
     std::int32_t torque = 0;                                       ///< thousandths of the rated one
+    std::optional<std::int32_t> temperature{};                     ///< in units of its maker
     std::string emergency{};                                       ///< last one, in words
     std::uint64_t frames = 0;
     double frames_s = 0.0;  ///< in the last interval
@@ -42,6 +48,7 @@ class BusWatch {
   bool bus_off() const { return bus_off_; }
 
  private:
+  std::optional<hw::cia402::Object> temperature_;
   struct Seen {
     Node node;
     std::uint64_t before = 0;  // frames at the last close_interval

@@ -66,17 +66,6 @@ const char* nmt_name(int state) {
   }
 }
 
-cia402::Object object_of(const std::string& text) {
-  unsigned index = 0, sub = 0;
-  int end = 0;
-  const bool whole = (std::sscanf(text.c_str(), "%4x%n", &index, &end) == 1 &&
-                      static_cast<std::size_t>(end) == text.size()) ||
-                     (std::sscanf(text.c_str(), "%4x:%2x%n", &index, &sub, &end) == 2 &&
-                      static_cast<std::size_t>(end) == text.size());
-  if (!whole) throw ConfigError("OBJECT '" + text + "': expected hexadecimal 6041 or 607D:02");
-  return {static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub)};
-}
-
 /// Bytes and sign of a type; 0 bytes: text.
 struct TypeOf {
   int bytes;
@@ -116,6 +105,17 @@ std::optional<std::vector<std::uint8_t>> read(can::Bus& bus, int node, cia402::O
 }
 
 }  // namespace
+
+cia402::Object object_of(const std::string& text) {
+  unsigned index = 0, sub = 0;
+  int end = 0;
+  const bool whole = (std::sscanf(text.c_str(), "%4x%n", &index, &end) == 1 &&
+                      static_cast<std::size_t>(end) == text.size()) ||
+                     (std::sscanf(text.c_str(), "%4x:%2x%n", &index, &sub, &end) == 2 &&
+                      static_cast<std::size_t>(end) == text.size());
+  if (!whole) throw ConfigError("OBJECT '" + text + "': expected hexadecimal 6041 or 607D:02");
+  return {static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub)};
+}
 
 std::unique_ptr<can::Bus> open_bus(const std::string& address, const GraphOptions& options) {
   can::check_address(address);

@@ -15,13 +15,16 @@ struct HwOptions : GraphOptions {
   std::string bus;                  ///< see hw/can/bus.h
   std::string file;                 ///< machine file
   int node = 0;                     ///< CANopen node
-  std::string object, value, type;  ///< hw sdo
+  std::string object, value, type;  ///< hw sdo; object: hw monitor, too
+  double degrees_c = 1.0;           ///< hw monitor: of one unit of a temperature
   bool frames = false;              ///< hw monitor: frames, not a table
   int count = 0;                    ///< hw monitor: tables or frames; 0: no end
   int bitrate = 1'000'000;          ///< hw monitor [bit/s]
-  std::string joint;                ///< hw jog
+  std::string joint;                ///< hw jog, try
   double by_rad = 0.0, speed_rad_s = 0.0;
-  std::string kind;         ///< hw fault
+  double amount = 0.0;      ///< hw try: rad, rad/s or N m
+  int method = 35;          ///< hw try: homing
+  std::string kind;         ///< hw fault, try
   double duration_s = 0.0;  ///< hw fault; 0: for ever
   std::string other_bus;    ///< hw fault wire
   double lose = 0.0, duplicate = 0.0, corrupt = 0.0, delay = 0.0, delay_s = 0.01;
@@ -33,10 +36,13 @@ int hw_scan(const HwOptions& options);
 int hw_monitor(const HwOptions& options);
 int hw_sdo(const HwOptions& options);
 int hw_jog(const HwOptions& options);
+int hw_try(const HwOptions& options);
 int hw_fault_drive(const HwOptions& options);
 int hw_fault_bus_off(const HwOptions& options);
 int hw_fault_wire(const HwOptions& options);
 
+/// "6041" or "607D:02". @throws ConfigError
+hw::cia402::Object object_of(const std::string& text);
 /// Opens a bus; an embedded one is the graph's.
 std::unique_ptr<hw::can::Bus> open_bus(const std::string& address, const GraphOptions& options);
 /// Runs a transfer to its end and returns it. @throws VerbFailure without an answer in time

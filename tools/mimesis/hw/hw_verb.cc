@@ -121,7 +121,9 @@ void add_hw(CLI::App& program, int& exit_code) {
 
   options = std::make_shared<HwOptions>();
   CLI::App* monitor =
-      add(*verb, "monitor", "Shows the axes of a bus twice a second, or its frames; listens only",
+      add(*verb, "monitor",
+          "Shows the axes of a bus twice a second, or its frames; listens only, without "
+          "--temperature",
           options, exit_code, hw_monitor);
   add_bus(monitor, options);
   monitor->add_option("--machine", options->file,
@@ -132,6 +134,11 @@ void add_hw(CLI::App& program, int& exit_code) {
       ->check(CLI::PositiveNumber);
   monitor->add_option("--bitrate", options->bitrate, "Bit rate that the load is a share of [bit/s]")
       ->check(CLI::Range(10000, 1000000))
+      ->capture_default_str();
+  monitor->add_option("--temperature", options->object,
+                      "Object with a drive's temperature, as its maker says: is asked for twice a "
+                      "second");
+  monitor->add_option("--degrees", options->degrees_c, "One unit of it [°C]")
       ->capture_default_str();
   monitor->footer(
       "Examples:\n  mimesis hw monitor embedded:arm\n  mimesis hw monitor socketcan:can0 --frames "
@@ -166,6 +173,32 @@ void add_hw(CLI::App& program, int& exit_code) {
   jog->footer(
       "Start with the axis unloaded and an emergency stop at hand.\nExample:\n  mimesis hw jog "
       "machine.yaml A1 --by 0.02 --speed 0.02");
+
+  options = std::make_shared<HwOptions>();
+  options->timeout_s = 5.0;
+  CLI::App* trial =
+      add(*verb, "try", "Homes one joint, or tries another mode of its drive; then switches it off",
+          options, exit_code, hw_try, "the drive to be enabled");
+  trial->add_option("FILE", options->file, "Machine file")->required();
+  trial->add_option("JOINT", options->joint, "Name of the joint")->required();
+  trial
+      ->add_option("KIND", options->kind,
+                   "home: the drive finds its zero. position: its own profile to AMOUNT. velocity, "
+                   "torque: cyclic, for a while, within the joint's range")
+      ->required()
+      ->check(CLI::IsMember({"home", "position", "velocity", "torque"}));
+  trial->add_option("AMOUNT", options->amount, "Of position, velocity, torque [rad, rad/s, N m]");
+  trial->add_option("--for", options->duration_s, "How long, of velocity and torque [s]")
+      ->check(number_above_zero);
+  trial->add_option("--speed", options->speed_rad_s, "Of position, and to the home switch [rad/s]")
+      ->check(number_above_zero);
+  trial->add_option("--method", options->method, "Homing method 6098h; 35, 37: zero is here")
+      ->check(CLI::Range(-128, 127))
+      ->capture_default_str();
+  trial->footer(
+      "Start with the axis unloaded and an emergency stop at hand.\nExamples:\n  mimesis hw try "
+      "machine.yaml A1 home --method 17 --speed 0.1\n  mimesis hw try machine.yaml A1 velocity "
+      "0.1 --for 0.5");
 
   add_fault(*verb, exit_code);
 }

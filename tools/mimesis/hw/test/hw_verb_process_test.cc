@@ -93,10 +93,31 @@ TEST_F(Hw, JogMovesOneJointAndSwitchesItOff) {
   EXPECT_NE(err_.find("JOINT 'A9': lwr4.yaml has A1, A2,"), std::string::npos) << err_;
 }
 
+TEST_F(Hw, TriesTheModesOfADrive) {
+  const auto moved = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"try", file_, "A4"});
+    EXPECT_EQ(run(words, true), 0) << err_;
+    return json()["to_rad"].get<double>() - json()["from_rad"].get<double>();
+  };
+  EXPECT_NEAR(moved({"position", "1.3", "--speed", "1"}), 1.3 - 1.6, 2e-3);
+  EXPECT_LT(moved({"velocity", "-0.2", "--for", "0.5"}), -0.02);
+  EXPECT_GT(moved({"torque", "2", "--for", "0.5"}), 0.02);
+  moved({"home", "--method", "35", "--speed", "0.1"});
+  EXPECT_NEAR(json()["to_rad"].get<double>(), 0.0, 1e-3) << "zero is here";
+  ASSERT_EQ(run({"scan", "embedded:arm"}, true), 0);
+  EXPECT_EQ(json()[3]["state"], "switch on disabled");
+  EXPECT_EQ(run({"try", file_, "A4", "home", "--method", "17", "--speed", "0.1"}), 1);
+  EXPECT_NE(err_.find("SDO 6098:00 (homing method): "), std::string::npos) << err_;
+  EXPECT_EQ(run({"try", file_, "A4", "position", "9", "--speed", "1"}), 2);
+  EXPECT_EQ(run({"try", file_, "A4", "velocity", "0.2"}), 2);
+  EXPECT_EQ(run({"try", file_, "A4", "velocity", "99", "--for", "1"}), 2);
+}
+
 TEST_F(Hw, FaultsAreMadeAndMonitored) {
   // A monitor that listens while a drive fails.
-  testing::Process monitor("mimesis", {"hw", "monitor", "embedded:arm", "--machine", file_,
-                                       "--json", "--graph", graph_.name()});
+  testing::Process monitor(
+      "mimesis", {"hw", "monitor", "embedded:arm", "--machine", file_, "--temperature", "2F10",
+                  "--json", "--graph", graph_.name()});
   const auto axis = [&](int node) -> Json {
     std::string line, last;
     for (std::istringstream lines(monitor.output()); std::getline(lines, line);) last = line;
@@ -116,9 +137,11 @@ TEST_F(Hw, FaultsAreMadeAndMonitored) {
   };
   ASSERT_TRUE(until([&] { return !axis(4).is_null(); })) << monitor.errors();
   EXPECT_EQ(axis(4)["name"], "A4");
+  ASSERT_TRUE(until([&] { return axis(4)["temperature_c"] == 25.0; })) << monitor.output();
   ASSERT_EQ(run({"fault", "drive", "embedded:arm", "4", "over_temperature"}), 0) << err_;
   ASSERT_TRUE(until([&] { return axis(4)["emergency"] == "drive too hot (0x4310)"; }))
       << monitor.output();
+  EXPECT_TRUE(until([&] { return axis(4)["temperature_c"] == 105.0; })) << monitor.output();
   EXPECT_EQ(run({"sdo", "embedded:arm", "4", "6041"}), 0);
   EXPECT_EQ(out_.substr(0, 4), "536 ") << "0x0218: fault";
   ASSERT_EQ(run({"fault", "drive", "embedded:arm", "4", "power", "--for", "65"}), 0) << err_;
