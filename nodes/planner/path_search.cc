@@ -12,16 +12,55 @@ namespace {
 
 std::size_t at(int node) { return static_cast<std::size_t>(node); }
 
-/// vᵢ from its neighbours that were active at `before`.
-double excitation(const Linkage& links, std::span<const double> cost, const Wave& wave, int i,
-                  int before) {
-  double v = 0.0;
-  for (const Link& link : links[at(i)]) {
-    if (wave.arrival[at(link.to)] != before) continue;
-    const double c = cost.empty() ? 1.0 : 0.5 * (cost[at(i)] + cost[at(link.to)]);
-    v += wave.v[at(link.to)] * std::exp(-c * link.length);
+/// `links_of(i)`: the links of node i.
+template <class LinksOf>
+Wave expanded(const LinksOf& links_of, std::span<const char> inhibited,
+              std::span<const double> cost, int start, std::span<const int> goals) {
+  Wave wave{std::vector<double>(inhibited.size(), 0.0), std::vector<int>(inhibited.size(), -1),
+            false};
+  std::vector<int> front, next;
+  for (const int goal : goals) {
+    if (inhibited[at(goal)] || wave.arrival[at(goal)] == 0) continue;
+    wave.arrival[at(goal)] = 0;
+    wave.v[at(goal)] = 1.0;
+    front.push_back(goal);
   }
-  return v;
+  for (int t = 1; !front.empty() && wave.arrival[at(start)] < 0; ++t) {
+    // A node joins at the first step at which any neighbour is active, so all its active neighbours
+    // joined one step before: the sum runs over the old front only.
+    next.clear();
+    for (const int j : front) {
+      for (const Link& link : links_of(j)) {
+        int& arrival = wave.arrival[at(link.to)];
+        if (arrival < 0 && !inhibited[at(link.to)]) {
+          arrival = t;
+          next.push_back(link.to);
+        }
+        if (arrival != t) continue;
+        const double c = cost.empty() ? 1.0 : 0.5 * (cost[at(j)] + cost[at(link.to)]);
+        const bool known = c == 1.0 && link.weight > 0.0;
+        wave.v[at(link.to)] += wave.v[at(j)] * (known ? link.weight : std::exp(-c * link.length));
+      }
+    }
+    front.swap(next);
+  }
+  wave.reached = wave.arrival[at(start)] >= 0;
+  return wave;
+}
+
+template <class LinksOf>
+std::vector<int> followed(const LinksOf& links_of, const Wave& wave, int start) {
+  if (!wave.reached) return {};
+  std::vector<int> path{start};
+  for (int i = start; wave.arrival[at(i)] > 0;) {
+    int best = -1;
+    for (const Link& link : links_of(i)) {
+      if (wave.arrival[at(link.to)] != wave.arrival[at(i)] - 1) continue;
+      if (best < 0 || wave.v[at(link.to)] > wave.v[at(best)]) best = link.to;
+    }
+    path.push_back(i = best);
+  }
+  return path;
 }
 
 constexpr std::size_t kStraightTries = 4;  // goals, nearest first, tried on the straight line
@@ -77,44 +116,12 @@ Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::Vector
 
 Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
                  std::span<const double> cost, int start, std::span<const int> goals) {
-  Wave wave{std::vector<double>(links.size(), 0.0), std::vector<int>(links.size(), -1), false};
-  std::vector<int> front, next;
-  for (const int goal : goals) {
-    if (inhibited[at(goal)] || wave.arrival[at(goal)] == 0) continue;
-    wave.arrival[at(goal)] = 0;
-    wave.v[at(goal)] = 1.0;
-    front.push_back(goal);
-  }
-  for (int t = 1; !front.empty() && wave.arrival[at(start)] < 0; ++t) {
-    next.clear();
-    for (const int j : front) {
-      for (const Link& link : links[at(j)]) {
-        if (inhibited[at(link.to)] || wave.arrival[at(link.to)] >= 0) continue;
-        wave.arrival[at(link.to)] = t;
-        next.push_back(link.to);
-      }
-    }
-    // A node joins at the first step at which any neighbour is active, so all its active neighbours
-    // joined one step before: the sum runs over the old front only.
-    for (const int i : next) wave.v[at(i)] = excitation(links, cost, wave, i, t - 1);
-    front.swap(next);
-  }
-  wave.reached = wave.arrival[at(start)] >= 0;
-  return wave;
+  return expanded([&](int i) -> std::span<const Link> { return links[at(i)]; }, inhibited, cost,
+                  start, goals);
 }
 
 std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start) {
-  if (!wave.reached) return {};
-  std::vector<int> path{start};
-  for (int i = start; wave.arrival[at(i)] > 0;) {
-    int best = -1;
-    for (const Link& link : links[at(i)]) {
-      if (wave.arrival[at(link.to)] != wave.arrival[at(i)] - 1) continue;
-      if (best < 0 || wave.v[at(link.to)] > wave.v[at(best)]) best = link.to;
-    }
-    path.push_back(i = best);
-  }
-  return path;
+  return followed([&](int i) -> std::span<const Link> { return links[at(i)]; }, wave, start);
 }
 
 std::string why_inhibited(CollisionChecker& checker, std::span<const Eigen::VectorXd> postures) {
@@ -144,10 +151,12 @@ double path_length(std::span<const Eigen::VectorXd> waypoints) {
   return sum;
 }
 
-tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionChecker& checker,
-                                          const Eigen::VectorXd& start,
-                                          std::span<const Eigen::VectorXd> goals,
-                                          const PostureCost& cost, const SearchSettings& settings) {
+namespace {
+
+tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecker& checker,
+                                         const Eigen::VectorXd& start,
+                                         std::span<const Eigen::VectorXd> goals,
+                                         const PostureCost& cost, const SearchSettings& settings) {
   Eigen::MatrixXd asked(start.size(), 1 + std::ssize(goals));  // judged at once
   asked.col(0) = start;
   for (std::size_t i = 0; i < goals.size(); ++i)
@@ -213,14 +222,34 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
   return found;
 }
 
+}  // namespace
+
+tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionChecker& checker,
+                                          const Eigen::VectorXd& start,
+                                          std::span<const Eigen::VectorXd> goals,
+                                          const PostureCost& cost, const SearchSettings& settings) {
+  auto best = find_one(roadmap, checker, start, goals, cost, settings);
+  SearchSettings other = settings;
+  for (int i = 0; best && best->waypoints.size() > 2 && i < settings.repeats; ++i) {
+    if (settings.stop && settings.stop()) break;
+    ++other.seed;
+    auto found = find_one(roadmap, checker, start, goals, cost, other);
+    if (found && path_length(found->waypoints) < path_length(best->waypoints))
+      best = std::move(found);
+  }
+  return best;
+}
+
 std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int> path,
                                            CollisionChecker& checker, const PostureCost& cost,
                                            const SearchSettings& settings) {
   std::vector<Eigen::VectorXd> best = postures_of(whole, path);
+  if (settings.online_refinements == 0) return best;
   std::vector<Eigen::VectorXd> set = refined_set(whole, path);
   for (int iteration = 0; iteration < settings.online_refinements; ++iteration) {
+    const Roadmap around = local_roadmap(checker, set, path.size(), settings.neighbours);
     Network local(checker, cost);
-    local.take(local_roadmap(checker, set, path.size(), settings.neighbours));
+    local.take(around);
     const int goal =
         static_cast<int>(path.size()) - 1;  // the path's nodes are the first ones of the set
     int waves = settings.max_waves;
@@ -234,46 +263,89 @@ std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int
 }
 
 void Network::take(const Roadmap& roadmap) {
-  links_ = roadmap.links;
-  inhibited_ = checker_.free_columns(roadmap.nodes);
-  for (char& inhibited : inhibited_) inhibited = !inhibited;
-  for (Eigen::Index i = 0; i < roadmap.nodes.cols(); ++i) {
-    nodes_.emplace_back(roadmap.nodes.col(i));
-    node_cost_.push_back(cost_ ? cost_(nodes_.back()) : 1.0);
+  MIMESIS_ASSERT(size() == 0);
+  roadmap_ = &roadmap;
+  taken_ = static_cast<int>(roadmap.nodes.cols());
+  own_links_.assign(at(taken_), -1);
+  inhibited_.assign(at(taken_), 0);
+  for (int i = 0; cost_ && i < taken_; ++i) node_cost_.push_back(cost_(roadmap.nodes.col(i)));
+}
+
+void Network::judge_all() {
+  all_judged_ = true;
+  if (taken_ == 0) return;
+  const std::vector<char> free = checker_.free_columns(roadmap_->nodes);
+  std::ranges::transform(free, inhibited_.begin(), [](char one) { return !one; });
+}
+
+/// The m nearest nodes that are not known to be inhibited, nearest first.
+std::vector<Link> Network::nearest(const Eigen::VectorXd& q, int m) const {
+  Eigen::VectorXd squared(size());
+  if (taken_ > 0) {
+    squared.head(taken_) = (roadmap_->nodes.colwise() - q).colwise().squaredNorm().transpose();
   }
+  for (int i = taken_; i < size(); ++i) squared[i] = (added_[at(i - taken_)] - q).squaredNorm();
+  std::vector<Link> links;
+  for (int i = 0; i < size(); ++i) {
+    const bool full = std::ssize(links) == m;
+    if (inhibited_[at(i)] || (full && squared[i] >= links.back().length)) continue;
+    if (full) links.pop_back();
+    const auto place = std::ranges::upper_bound(links, squared[i], {}, &Link::length);
+    links.insert(place, {i, squared[i]});
+  }
+  return links;
 }
 
 int Network::add(const Eigen::VectorXd& q, int m) {
-  std::vector<Link> links;
-  for (int i = 0; i < size(); ++i) {
-    if (!inhibited_[at(i)]) links.push_back({i, (nodes_[at(i)] - q).norm()});
+  std::vector<Link> links = nearest(q, all_judged_ ? m : 2 * m);
+  if (!all_judged_ && !links.empty()) {
+    Eigen::MatrixXd candidates(q.size(), std::ssize(links));
+    for (std::size_t i = 0; i < links.size(); ++i)
+      candidates.col(static_cast<Eigen::Index>(i)) = node(links[i].to);
+    const std::vector<char> free = checker_.free_columns(candidates);
+    for (std::size_t i = 0; i < links.size(); ++i) inhibited_[at(links[i].to)] = !free[i];
+    std::erase_if(links, [&](const Link& link) { return inhibited_[at(link.to)]; });
+    if (std::ssize(links) < std::min(m, size())) {
+      judge_all();
+      links = nearest(q, m);
+    }
+    links.resize(std::min(links.size(), at(m)));
   }
-  const auto end = links.begin() + std::min<std::ptrdiff_t>(m, std::ssize(links));
-  std::partial_sort(links.begin(), end, links.end(), [](const Link& a, const Link& b) {
-    return a.length != b.length ? a.length < b.length : a.to < b.to;
-  });
-  links.erase(end, links.end());
   const int index = size();
-  for (const Link& link : links) links_[at(link.to)].push_back({index, link.length});
-  nodes_.push_back(q);
-  links_.push_back(std::move(links));
+  for (Link& link : links) {
+    link.length = std::sqrt(link.length);
+    link.weight = std::exp(-link.length);
+    own_links(link.to).push_back({index, link.length, link.weight});
+  }
+  added_.push_back(q);
+  own_links_.push_back(static_cast<int>(changed_.size()));
+  changed_.push_back(std::move(links));
   inhibited_.push_back(0);
-  node_cost_.push_back(cost_ ? cost_(q) : 1.0);
+  if (cost_) node_cost_.push_back(cost_(q));
   return index;
+}
+
+std::vector<Link>& Network::own_links(int i) {
+  int& own = own_links_[at(i)];
+  if (own < 0) {
+    own = static_cast<int>(changed_.size());
+    changed_.push_back(roadmap_->links[at(i)]);
+  }
+  return changed_[at(own)];
 }
 
 bool Network::certified(int a, int b) {
   const Pair pair = std::minmax(a, b);
   if (certified_.contains(pair)) return true;
   ++links_checked_;
-  if (!checker_.certify(nodes_[at(pair.first)], nodes_[at(pair.second)])) return false;
+  if (!checker_.certify(node(pair.first), node(pair.second))) return false;
   certified_.insert(pair);
   return true;
 }
 
 void Network::cut(int a, int b) {
   const auto remove = [this](int from, int to) {
-    std::erase_if(links_[at(from)], [to](const Link& link) { return link.to == to; });
+    std::erase_if(own_links(from), [to](const Link& link) { return link.to == to; });
   };
   remove(a, b);
   remove(b, a);
@@ -281,10 +353,20 @@ void Network::cut(int a, int b) {
 
 std::vector<int> Network::search(int start, std::span<const int> goals, int& waves,
                                  const std::function<bool()>& stop) {
+  const auto links_of = [this](int i) -> std::span<const Link> { return links(i); };
   for (; waves > 0 && !(stop && stop()); --waves) {
-    std::vector<int> path =
-        follow_wave(links_, expand_wave(links_, inhibited_, node_cost_, start, goals), start);
+    const Wave wave = expanded(links_of, inhibited_, node_cost_, start, goals);
+    std::vector<int> path = followed(links_of, wave, start);
     if (path.empty()) return {};
+    if (!all_judged_) {
+      Eigen::MatrixXd postures(checker_.arm().dof(), std::ssize(path));
+      for (std::size_t i = 0; i < path.size(); ++i)
+        postures.col(static_cast<Eigen::Index>(i)) = node(path[i]);
+      if (std::ranges::count(checker_.free_columns(postures), 0) > 0) {
+        judge_all();
+        continue;
+      }
+    }
     bool whole = true;
     for (std::size_t i = 1; i < path.size(); ++i) {
       if (certified(path[i - 1], path[i])) continue;

@@ -39,6 +39,7 @@ struct SearchSettings {
   int max_waves = 300;         ///< effort: each wave that fails costs one link [1]
   int max_branches = 50'000;   ///< effort of the trees where the network is torn [1]
   int shortcuts = 150;         ///< attempts to shorten the path [1]
+  int repeats = 0;             ///< more searches, with the next seeds; the shortest path counts [1]
   /// Deadline or cancellation: asked between waves, branches and shortcuts, some microseconds
   /// apart, or what a wave takes; once true, the search ends with the path that it has, or fails.
   std::function<bool()> stop = nullptr;
@@ -75,35 +76,51 @@ std::string why_inhibited(CollisionChecker& checker, std::span<const Eigen::Vect
 /// Σ |qᵢ₊₁ − qᵢ| [rad].
 double path_length(std::span<const Eigen::VectorXd> waypoints);
 
-/// A roadmap in use for one query: nodes are added; links are certified when a path needs them, or
-/// cut.
+/// A roadmap in use for one query: nodes are added; nodes are judged and links certified when a
+/// path needs them, or cut. Nothing of the roadmap is copied but what changes.
 class Network {
  public:
   Network(CollisionChecker& checker, const PostureCost& cost) : checker_(checker), cost_(cost) {}
 
-  /// Takes over all nodes and links of a roadmap; nodes that are not free now are inhibited.
+  /// All nodes and links of a roadmap, which must outlive the network; before any node is added.
   void take(const Roadmap& roadmap);
+  void take(Roadmap&&) = delete;
   /// Adds a node that is free and links it with its `m` nearest active nodes. Returns its index.
   int add(const Eigen::VectorXd& q, int m);
-  /// Waves and backward searches until every link of the path is certified; links that are not are
-  /// cut. Empty if the wave does not arrive or `waves` are used up.
+  /// Waves and backward searches until every node and link of the path is proven free; links that
+  /// are not are cut. The first node that is not has all nodes judged. Empty if the wave does not
+  /// arrive or `waves` are used up.
   std::vector<int> search(int start, std::span<const int> goals, int& waves,
                           const std::function<bool()>& stop = {});
 
-  const Eigen::VectorXd& node(int i) const { return nodes_[static_cast<std::size_t>(i)]; }
-  const std::vector<Link>& links(int i) const { return links_[static_cast<std::size_t>(i)]; }
-  int size() const { return static_cast<int>(nodes_.size()); }
+  Eigen::VectorXd node(int i) const {
+    return i < taken_ ? Eigen::VectorXd(roadmap_->nodes.col(i))
+                      : added_[static_cast<std::size_t>(i - taken_)];
+  }
+  const std::vector<Link>& links(int i) const {
+    const int own = own_links_[static_cast<std::size_t>(i)];
+    return own < 0 ? roadmap_->links[static_cast<std::size_t>(i)]
+                   : changed_[static_cast<std::size_t>(own)];
+  }
+  int size() const { return taken_ + static_cast<int>(added_.size()); }
   int links_checked() const { return links_checked_; }
 
  private:
   using Pair = std::pair<int, int>;
   bool certified(int a, int b);
   void cut(int a, int b);
+  std::vector<Link>& own_links(int i);
+  void judge_all();
+  std::vector<Link> nearest(const Eigen::VectorXd& q, int m) const;
   CollisionChecker& checker_;
   const PostureCost& cost_;
-  std::vector<Eigen::VectorXd> nodes_;
-  Linkage links_;
-  std::vector<char> inhibited_;
+  const Roadmap* roadmap_ = nullptr;
+  int taken_ = 0;
+  std::vector<Eigen::VectorXd> added_;
+  std::vector<int> own_links_;  // of each node the index in changed_, -1: as in the roadmap
+  std::vector<std::vector<Link>> changed_;
+  std::vector<char> inhibited_;  // as far as they are judged
+  bool all_judged_ = false;
   std::vector<double> node_cost_;
   std::set<Pair> certified_;
   int links_checked_ = 0;

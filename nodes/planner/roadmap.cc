@@ -149,7 +149,8 @@ std::vector<int> clusters(const Linkage& links, std::span<const char> inhibited)
   return cluster;
 }
 
-void join_clusters(Linkage& links, const Linkage& extended) {
+void join_clusters(Linkage& links, const Linkage& extended,
+                   const std::function<bool(int, int)>& accept) {
   const std::vector<int> cluster = clusters(links);
   struct Bridge {
     int from = 0;
@@ -161,11 +162,10 @@ void join_clusters(Linkage& links, const Linkage& extended) {
     for (const Link& link : extended[i]) {
       const int a = cluster[i], b = cluster[static_cast<std::size_t>(link.to)];
       if (a == b) continue;
-      const auto [entry, fresh] =
-          shortest.try_emplace(std::minmax(a, b), Bridge{static_cast<int>(i), link});
-      if (!fresh && link.length < entry->second.link.length) {
-        entry->second = {static_cast<int>(i), link};
-      }
+      const auto known = shortest.find(std::minmax(a, b));
+      if (known != shortest.end() && known->second.link.length <= link.length) continue;
+      if (accept && !accept(static_cast<int>(i), link.to)) continue;
+      shortest.insert_or_assign(std::minmax(a, b), Bridge{static_cast<int>(i), link});
     }
   }
   for (const auto& [pair, bridge] : shortest) {
@@ -175,10 +175,20 @@ void join_clusters(Linkage& links, const Linkage& extended) {
   }
 }
 
-Linkage connect(const Eigen::MatrixXd& nodes, int k) {
+Linkage connect(const Eigen::MatrixXd& nodes, int k, const std::function<bool(int, int)>& accept) {
   const Linkage extended = nearest_neighbours(nodes, 2 * k);
   Linkage links = pruned(symmetrised(extended, k));
-  join_clusters(links, extended);
+  for (std::size_t i = 0; accept && i < links.size(); ++i) {
+    std::erase_if(links[i], [&](const Link& link) {
+      if (link.to < static_cast<int>(i))
+        return !has_link(links[static_cast<std::size_t>(link.to)], static_cast<int>(i));
+      return !accept(static_cast<int>(i), link.to);
+    });
+  }
+  join_clusters(links, extended, accept);
+  for (auto& list : links) {
+    for (Link& link : list) link.weight = std::exp(-link.length);
+  }
   return links;
 }
 
@@ -200,7 +210,9 @@ Roadmap refined_roadmap(CollisionChecker& checker, Eigen::MatrixXd nodes,
       roadmap.nodes, arm.q_min, arm.q_max,
       [&](const Eigen::MatrixXd& postures) { return checker.free_columns(postures); },
       settings.refinement);
-  roadmap.links = connect(roadmap.nodes, settings.neighbours);
+  roadmap.links = connect(roadmap.nodes, settings.neighbours, [&](int i, int j) {
+    return checker.certify(roadmap.nodes.col(i), roadmap.nodes.col(j));
+  });
   return roadmap;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,6 +23,7 @@ Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi,
 struct Link {
   int to = 0;
   double length = 0.0;  ///< d(i, j), Euclidean in joint space [rad]
+  double weight = 0.0;  ///< exp(−length), where it is known; else 0 [1]
 };
 
 /// links[i]: the neighbours of node i, nearest first. Symmetric: every link is stored at both ends.
@@ -44,12 +46,15 @@ Linkage pruned(const Linkage& links);
 std::vector<int> clusters(const Linkage& links, std::span<const char> inhibited = {});
 
 /// Adds, for every pair of disjoint clusters that the extended lists connect, their shortest such
-/// link.
-void join_clusters(Linkage& links, const Linkage& extended);
+/// link that is accepted (empty: all are).
+void join_clusters(Linkage& links, const Linkage& extended,
+                   const std::function<bool(int, int)>& accept = {});
 
 /// The connection structure of the roadmap [M18 2.3.2]: 2k nearest neighbours stored, the first k
-/// of them symmetrised, triangles pruned, clusters joined.
-Linkage connect(const Eigen::MatrixXd& nodes, int k);
+/// of them symmetrised, triangles pruned, links that are not accepted cut (empty: none), clusters
+/// joined. With weights.
+Linkage connect(const Eigen::MatrixXd& nodes, int k,
+                const std::function<bool(int, int)>& accept = {});
 
 struct RoadmapSettings {
   int nodes = 2500;    ///< sampled over the joint limits; the thesis: two to three thousand [1]
@@ -59,7 +64,7 @@ struct RoadmapSettings {
 };
 
 /// Network of postures that covers the joint space [M18 2.3.2]. Every node was free when it was
-/// built; its links are not checked until a path needs them.
+/// built, every link certified; what has moved since then is checked when a path needs it.
 struct Roadmap {
   Eigen::MatrixXd nodes;  ///< n × N [rad]
   Linkage links;

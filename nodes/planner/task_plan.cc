@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "nodes/planner/collision.h"
@@ -24,7 +25,9 @@ constexpr double kPace = 1.2;
 
 using Way = std::vector<Eigen::VectorXd>;
 
-constexpr double kStraightStep = 0.01;                // step of straight hand motions [m]
+constexpr double kStraightStep = 0.01;  // step of straight hand motions [m]
+// Of the lengths of straight ways: shorter ones where no posture has longer ones.
+constexpr std::array kShares{1.0, 0.6, 0.35};
 constexpr std::size_t kGraspTries = 6;                // grasps for which a transport is searched
 constexpr int kWideWaves = 60, kWideBranches = 4000;  // effort for the wide margin
 // Pre-selected by F5: postures nearer than this to its own, and holds below them [rad].
@@ -61,9 +64,12 @@ class TaskPlanner {
   tl::expected<std::vector<Hold>, Status> holds_at(const Eigen::Vector3d& center,
                                                    const std::string& what,
                                                    const Eigen::VectorXd* near);
-  std::optional<Way> straight(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W) const {
-    return straight_way(arm_, q, moved_hand(arm_, q, by_W), kStraightStep);
-  }
+  /// The free straight way by `by_W` from q, the hand not turned, or if it must be, about the
+  /// vertical.
+  std::optional<Way> straight(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W,
+                              CollisionChecker& checker) const;
+  std::vector<Hold> holds_of(const Way& postures, double share, CollisionChecker& empty_handed,
+                             std::array<std::size_t, 2>& failed);
   double wide_margin() const { return std::max(settings_.margin_m, settings_.wide_margin_m); }
   tl::expected<FoundPath, Status> find(const Obstacles& obstacles, double margin_m,
                                        const Eigen::VectorXd& from, const Way& goals,
@@ -86,11 +92,22 @@ class TaskPlanner {
   std::vector<kin::Ball> held_;  // in E, the same at every hold of one grip
 };
 
-bool certified(CollisionChecker& checker, const std::optional<Way>& way) {
-  for (std::size_t i = 1; way && i < way->size(); ++i) {
-    if (!checker.certify((*way)[i - 1], (*way)[i])) return false;
+bool certified(CollisionChecker& checker, const Way& way) {
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    if (!checker.certify(way[i - 1], way[i])) return false;
   }
-  return way.has_value();
+  return true;
+}
+
+std::optional<Way> TaskPlanner::straight(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W,
+                                         CollisionChecker& checker) const {
+  kin::IkGoal goal = moved_hand(arm_, q, by_W);
+  auto way = straight_way(arm_, q, goal, kStraightStep);
+  if (way && certified(checker, *way)) return way;
+  if (by_W.head<2>().norm() > 1e-3 * by_W.norm()) return std::nullopt;
+  goal.axes = {{up_in_E(q), Eigen::Vector3d::UnitZ()}};
+  way = straight_way(arm_, q, goal, kStraightStep);
+  return way && certified(checker, *way) ? way : std::nullopt;
 }
 
 /// What is wider than it must be is not worth the whole effort.
@@ -135,7 +152,6 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
                                                               const std::string& what,
                                                               const Eigen::VectorXd* near) {
   CollisionChecker empty_handed(arm_, table_obstacles(table_), settings_.margin_m);
-  CollisionChecker wide_empty_handed(arm_, table_obstacles(table_), wide_margin());
   Way solutions;
   for (const auto& goal :
        grasp_goals(task_.grip, center, table_.object_height, settings_.precision_depth_m)) {
@@ -149,40 +165,51 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
   }
   if (solutions.empty()) return tl::unexpected(Status{"no posture reaches " + what});
 
-  std::vector<Hold> holds;
-  Way in_contact;
-  std::size_t cannot_leave = 0, cannot_lift = 0;
-  for (const auto& q : solutions) {
-    if (settings_.search.stop && settings_.search.stop())
-      return tl::unexpected(Status{"stopped before a plan was found"});
-    if (!empty_handed.free(q)) {
-      in_contact.push_back(q);
-      continue;
-    }
-    if (held_.empty()) held_ = held_balls(q);
-    CollisionChecker holding(arm_, carrying(true), settings_.margin_m);
-    const Eigen::Vector3d back = -settings_.approach_m * kin::end_effector(arm_, q).linear().col(2);
-    auto away = straight(q, back), up = straight(q, {0.0, 0.0, settings_.lift_m});
-    const bool leaves = certified(empty_handed, away), lifts = certified(holding, up);
-    cannot_leave += !leaves;
-    cannot_lift += !lifts;
-    if (!leaves || !lifts) continue;
-    CollisionChecker holding_wide(arm_, carrying(true), wide_margin());
-    const bool wide = certified(wide_empty_handed, away) && certified(holding_wide, up);
-    holds.push_back(
-        {q, std::move(*away), std::move(*up), wide ? wide_margin() : settings_.margin_m});
-  }
-  if (!holds.empty()) return holds;
-  const std::size_t free = solutions.size() - in_contact.size();
-  if (free == 0)
+  Way free, in_contact;
+  for (const auto& q : solutions) (empty_handed.free(q) ? free : in_contact).push_back(q);
+  if (free.empty())
     return tl::unexpected(
         Status{"no free posture at " + what + ": " + why_inhibited(empty_handed, in_contact)});
+  if (held_.empty()) held_ = held_balls(free.front());
+  std::array<std::size_t, 2> failed{};
+  for (const double share : kShares) {
+    std::array<std::size_t, 2> with_share{};
+    auto holds = holds_of(free, share, empty_handed, with_share);
+    if (settings_.search.stop && settings_.search.stop())
+      return tl::unexpected(Status{"stopped before a plan was found"});
+    if (!holds.empty()) return holds;
+    if (share == 1.0) failed = with_share;
+  }
   return tl::unexpected(
       Status{fmt::format("{} of {} postures at {} are free, but the straight way to it ({:.0f} mm) "
                          "fails at {} of them, "
                          "the way up from it ({:.0f} mm) at {}",
-                         free, solutions.size(), what, 1e3 * settings_.approach_m, cannot_leave,
-                         1e3 * settings_.lift_m, cannot_lift)});
+                         free.size(), solutions.size(), what, 1e3 * settings_.approach_m, failed[0],
+                         1e3 * settings_.lift_m, failed[1])});
+}
+
+/// Those of these postures from which the ways of this share of their lengths are free.
+/// @param failed  is counted: ways from the object, ways up
+std::vector<Hold> TaskPlanner::holds_of(const Way& postures, double share,
+                                        CollisionChecker& empty_handed,
+                                        std::array<std::size_t, 2>& failed) {
+  CollisionChecker wide_empty_handed(arm_, table_obstacles(table_), wide_margin());
+  CollisionChecker holding(arm_, carrying(true), settings_.margin_m);
+  CollisionChecker wide_holding(arm_, carrying(true), wide_margin());
+  std::vector<Hold> holds;
+  for (const auto& q : postures) {
+    if (settings_.search.stop && settings_.search.stop()) break;
+    const Eigen::Vector3d back = kin::end_effector(arm_, q).linear().col(2);
+    auto away = straight(q, -share * settings_.approach_m * back, empty_handed);
+    auto up = straight(q, {0.0, 0.0, share * settings_.lift_m}, holding);
+    failed[0] += !away;
+    failed[1] += !up;
+    if (!away || !up) continue;
+    const bool wide = certified(wide_empty_handed, *away) && certified(wide_holding, *up);
+    holds.push_back(
+        {q, std::move(*away), std::move(*up), wide ? wide_margin() : settings_.margin_m});
+  }
+  return holds;
 }
 
 /// False if the motion cannot be stopped somewhere, however slow it is.

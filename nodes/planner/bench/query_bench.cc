@@ -1,8 +1,14 @@
 #include "nodes/planner/bench/query_bench.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <ctime>
+#include <fstream>
+#include <map>
+#include <numeric>
 
 #include "nodes/planner/path_search.h"
 
@@ -36,6 +42,71 @@ struct Times {
 
 void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
 BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+/// Lengths of the shortest known paths of the blocked queries, by "robot scene number" [rad].
+using Lengths = std::map<std::string, double>;
+
+Lengths known_lengths(const std::string& file) {
+  Lengths lengths;
+  std::ifstream in(file);
+  std::string robot, scene;
+  for (auto [number, length] = std::pair(0, 0.0); in >> robot >> scene >> number >> length;)
+    lengths[fmt::format("{} {} {}", robot, scene, number)] = length;
+  return lengths;
+}
+
+/// How much longer than the shortest known are the paths found in 50 ms of processor time?
+/// MIMESIS_BEST_LENGTHS=FILE: with this many ms instead (MIMESIS_BEST_MS), what is shorter is
+/// written to FILE.
+void lengths(benchmark::State& state) {
+  const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
+  const auto set = load_problem_set(robot);
+  if (!set) {
+    state.SkipWithError("no ../shared/data/planner");
+    return;
+  }
+  const char* file = std::getenv("MIMESIS_BEST_LENGTHS");
+  const char* ms = std::getenv("MIMESIS_BEST_MS");
+  const double effort_us = 1e3 * (file != nullptr && ms != nullptr ? std::atof(ms) : 50.0);
+  Lengths known = known_lengths(file != nullptr ? file : MIMESIS_BEST_LENGTHS);
+  std::vector<double> ratios;
+  for (auto _ : state) {
+    for (const ProblemScene& scene : set->scenes) {
+      CollisionChecker judge(set->arm, scene.obstacles, 0.0);
+      for (const Query& query : scene.queries) {
+        const auto straight = [&](const auto& goal) { return judge.certify(query.start, goal); };
+        if (std::ranges::any_of(query.goals, straight)) continue;
+        CollisionChecker checker(set->arm, scene.obstacles, kQueryMargin);
+        const double end_us = processor_us() + effort_us;
+        const auto found = find_path({}, checker, query.start, query.goals, {},
+                                     {.shortcuts = 400,
+                                      .repeats = 1'000'000,
+                                      .stop = [&] { return processor_us() > end_us; },
+                                      .seed = file != nullptr ? 1001u : 1u});
+        if (!found) continue;
+        const double length = path_length(found->waypoints);
+        double& best = known
+                           .try_emplace(fmt::format("{} {} {}", robot, scene.name,
+                                                    &query - scene.queries.data()),
+                                        length)
+                           .first->second;
+        ratios.push_back(length / best);
+        best = std::min(best, length);
+      }
+    }
+  }
+  if (file != nullptr) {
+    std::ofstream out(file);
+    for (const auto& [query, length] : known) out << fmt::format("{} {:.5f}\n", query, length);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  state.SetLabel(robot);
+  state.counters["asked"] = static_cast<double>(ratios.size());
+  state.counters["mean"] =
+      std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size());
+  state.counters["p95"] = ratios[ratios.size() * 95 / 100];
+}
+BENCHMARK(lengths)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

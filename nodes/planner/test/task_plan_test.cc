@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <optional>
 
@@ -245,12 +246,12 @@ TEST(TaskPlan, TellsWhatIsInTheWayOfOtherCombinations) {
       std::string::npos)
       << above_low.error().reason;
   Demo far = demo();
-  far.settings.approach_m = 0.9;  // from beyond the reach of the arm
+  far.settings.approach_m = 3.0;  // from beyond the reach of the arm, a third of it, too
   const auto approach = far.plan(kAboveHigh);
   ASSERT_FALSE(approach);
   EXPECT_NE(
       approach.error().reason.find(" postures at the object are free, but the straight way to "
-                                   "it (900 mm) fails at "),
+                                   "it (3000 mm) fails at "),
       std::string::npos)
       << approach.error().reason;
   const auto nowhere = demo().plan({Grip::full, Transport::below, "middle"});
@@ -382,6 +383,25 @@ TEST(RefreshedRoadmap, IsTheSameAfterNoiseAndMovesOnlyWhatIsTouched) {
   EXPECT_GT(stayed, known->nodes.cols() / 2);
   const auto plan = plan_task(d.arm, moved, *fresh, d.arm.home, kBelowLow, d.settings);
   EXPECT_TRUE(plan) << plan.error().reason;
+}
+
+TEST(PreparedRoadmap, HasCertifiedLinksOfKnownWeightOnly) {
+  const Demo& d = demo();
+  CollisionChecker checker(d.arm, {d.table.balls, d.table.boxes, {}, {}}, d.settings.margin_m);
+  long links = 0;
+  for (std::size_t i = 0; i < d.roadmap.links.size(); ++i) {
+    for (const Link& link : d.roadmap.links[i]) {
+      const auto& nodes = d.roadmap.nodes;
+      const auto here = static_cast<Eigen::Index>(i);
+      ++links;
+      EXPECT_TRUE(checker.certify(nodes.col(std::min<Eigen::Index>(here, link.to)),
+                                  nodes.col(std::max<Eigen::Index>(here, link.to))));
+      EXPECT_EQ(link.weight, std::exp(-link.length));
+    }
+  }
+  EXPECT_GT(links, 3 * d.roadmap.nodes.cols());
+  std::vector<int> cluster = clusters(d.roadmap.links);
+  EXPECT_LT(*std::ranges::max_element(cluster), 20) << "they hold together";
 }
 
 TEST(TaskPlan, SameSeedSameBits) {
