@@ -21,6 +21,7 @@ constexpr double kFar = 2.0;                 // beyond the reach of the arm [m]
 // Stops that leave the path are certified up to the pace at which the bridge catches up
 // (hw/bridge/command_track.cc).
 constexpr double kPace = 1.2;
+constexpr double kJerk = 0.95;  // share of the arm's limit of the jerk, at any speed
 
 using Way = std::vector<Eigen::VectorXd>;
 
@@ -268,14 +269,17 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
   CollisionChecker stops(arm, obstacles, kStopMargin * settings.margin_m);
   const SmoothPath path(waypoints, settings.corner_rad,
                         [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
-  auto motion =
-      time_optimal(path, speed * arm.v_max, speed * arm.a_max, settings.period_s, [&](Stops those) {
+  auto motion = time_optimal(
+      path, speed * arm.v_max, speed * arm.a_max, settings.period_s,
+      [&](Stops those) {
+        if (settings.search.stop && settings.search.stop()) return false;
         those.v0 *= kPace;
         those.v1 *= kPace;
         those.a = arm.a_max;
         those.delay_s = stop_delay_s(arm, settings.period_s) / kPace;
         return stops.certify_stops(those);
-      });
+      },
+      kJerk * arm.j_max);
   if (!motion) return std::nullopt;
   return PlannedMotion{phase, path.curves(), obstacles, std::move(*motion), path.length()};
 }
