@@ -52,7 +52,8 @@ BENCHMARK(postures)->Unit(benchmark::kMicrosecond);
 void stored_roadmap(benchmark::State& state) {  // read, checked, and its postures judged
   const Demo& d = demo();
   const std::string file = "/tmp/mimesis_bench_" + std::to_string(getpid()) + ".roadmap";
-  save_roadmap(arm_roadmap(d.arm, {.nodes = 3000, .refinement = {}}, d.settings.margin_m), d.arm, file);
+  save_roadmap(arm_roadmap(d.arm, {.nodes = 3000, .refinement = {}}, d.settings.margin_m), d.arm,
+               file);
   CollisionChecker checker(d.arm, d.obstacles, d.settings.margin_m);
   for (auto _ : state) {
     const Roadmap roadmap = load_roadmap(file, d.arm);

@@ -465,6 +465,29 @@ TEST(Requests, ADecisionGoesFirstAndIsNotBegunTwice) {
   EXPECT_NE(clients.state(), v1::TASK_STATE_FAILED);
 }
 
+TEST(Requests, AnOrderNeedsTheSceneButNoDecision) {
+  Bench bench({.upstream_s = 0.06});
+  const auto asked = Clients::turned(0.5).SerializeAsString();
+  ASSERT_TRUE(bench.bus.call("test/do", asked, 1s));
+  std::optional<v1::PlanAnswer> answer;
+  for (int i = 0; i < 2000 && !answer; ++i) {
+    if (i < 100) bench.bus.send("scene", bench.scene, bench.now);
+    bench.step();
+    answer = bench.bus.take<v1::PlanAnswer>("answer");
+  }
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->reason(), "waited in vain for the scene");
+  ASSERT_TRUE(bench.bus.call("test/do", asked, 1s));
+  answer.reset();
+  for (int i = 0; i < 2000 && !answer; ++i) {
+    bench.bus.send("scene", bench.scene, bench.now);
+    bench.step();
+    answer = bench.bus.take<v1::PlanAnswer>("answer");
+  }
+  ASSERT_TRUE(answer);
+  EXPECT_TRUE(answer->succeeded()) << answer->reason();
+}
+
 TEST(Requests, AProposalIsTestedWithoutAMotion) {
   Clients clients;
   const auto propose = [&](v1::Transport transport, std::uint64_t decided_ns) {
