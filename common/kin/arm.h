@@ -40,6 +40,7 @@ struct ArmModel {
   Eigen::VectorXd q_min, q_max;                            ///< n [rad]
   Eigen::VectorXd v_max;                                   ///< n [rad/s]
   Eigen::VectorXd a_max;                                   ///< n [rad/s²]
+  Eigen::VectorXd j_max;                                   ///< n [rad/s³]; empty: no limit
   std::string drives = "cia402";                           ///< kind of its actuators: hw/bridge
   double rate_hz = 200.0;                                  ///< rate of commands to the joints
   int extrapolated_cycles = 0;  ///< without a command the drives go on at their rate for so long

@@ -27,6 +27,7 @@ struct JointEntry {
   double a_m = 0.0, alpha_rad = 0.0, d_m = 0.0, offset_rad = 0.0;
   // Out of their ranges: a file that leaves one out is refused by its name. [rad], or [m]
   double q_min = kMissing, q_max = kMissing, v_max = kMissing, a_max = kMissing;
+  double j_max = 0.0;  // 0: no limit
   double home = 0.0;
 
   bool slides() const { return type == "slides"; }
@@ -41,6 +42,7 @@ struct JointEntry {
     v(slides() ? "q_max_m" : "q_max_rad", q_max, -most, most);
     v(slides() ? "v_max_m_s" : "v_max_rad_s", v_max, 1e-3, 100.0);
     v(slides() ? "a_max_m_s2" : "a_max_rad_s2", a_max, 1e-3, 1000.0);
+    v(slides() ? "j_max_m_s3" : "j_max_rad_s3", j_max, 0.0, 1e9);
     v(slides() ? "home_m" : "home_rad", home, -most, most);
   }
 };
@@ -48,13 +50,15 @@ struct JointEntry {
 /// Joints of a URDF, from one link to another.
 struct ChainEntry {
   std::string urdf, base, tip;
-  std::vector<double> a_max_rad_s2, home_rad;  // of each joint, which the URDF has not
+  // Of each joint, which the URDF has not; j_max and home may be left out.
+  std::vector<double> a_max_rad_s2, j_max_rad_s3, home_rad;
 
   void visit(ParamVisitor& v) {
     v("urdf", urdf);
     v("base", base);
     v("tip", tip);
     v("a_max_rad_s2", a_max_rad_s2, 1e-3, 1000.0, 0);
+    v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9, 0);
     v("home_rad", home_rad, -6.3, 6.3, 0);
   }
 };
@@ -178,6 +182,7 @@ class Builder {
     const auto n = static_cast<Eigen::Index>(entry_.joints.size());
     for (Eigen::VectorXd* v : {&arm.q_min, &arm.q_max, &arm.v_max, &arm.a_max, &arm.home})
       v->resize(n);
+    std::vector<double> jerk;
     for (Eigen::Index i = 0; i < n; ++i) {
       const JointEntry& j = entry_.joints[static_cast<std::size_t>(i)];
       const std::string key = "joints[" + std::to_string(i) + "]";
@@ -196,7 +201,16 @@ class Builder {
       arm.v_max[i] = j.v_max;
       arm.a_max[i] = j.a_max;
       arm.home[i] = j.home;
+      jerk.push_back(j.j_max);
     }
+    set_jerk(arm, jerk);
+  }
+
+  static void set_jerk(kin::ArmModel& arm, const std::vector<double>& j_max) {
+    if (std::ranges::all_of(j_max, [](double j) { return j == 0.0; })) return;
+    arm.j_max = Eigen::VectorXd::Map(j_max.data(), std::ssize(j_max));
+    arm.j_max =
+        (arm.j_max.array() == 0.0).select(std::numeric_limits<double>::infinity(), arm.j_max);
   }
 
   void add_chain(kin::ArmModel& arm) {
@@ -242,8 +256,12 @@ class Builder {
                         " numbers in a_max_rad_s2, expected " + std::to_string(n) +
                         ", one for each joint that moves");
     }
-    if (!chain.home_rad.empty() && std::ssize(chain.home_rad) != n)
-      fail("chain", "expected " + std::to_string(n) + " numbers in home_rad, or none");
+    for (const auto& [key, values] :
+         {std::pair("home_rad", &chain.home_rad), {"j_max_rad_s3", &chain.j_max_rad_s3}}) {
+      if (!values->empty() && std::ssize(*values) != n)
+        fail("chain", "expected " + std::to_string(n) + " numbers in " + key + ", or none");
+    }
+    set_jerk(arm, chain.j_max_rad_s3);
     for (Eigen::VectorXd* v : {&arm.q_min, &arm.q_max, &arm.v_max, &arm.a_max, &arm.home})
       v->setZero(n);
     for (Eigen::Index i = 0; i < n; ++i) {

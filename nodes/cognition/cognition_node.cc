@@ -189,7 +189,7 @@ bool CognitionNode::succeeded(Time now) {
   const v1::TaskStatus* task = task_.fresh(now, runtime::from_seconds(params_.task_stale_s));
   if (task == nullptr || !imitator_.decided() || task_.stamp() < decided_) return false;
   const Decision& d = imitator_.decision();
-  if (!matches(*task, d)) return false;
+  if (!matches(*task, d) || task->ticket() != 0) return false;  // or of another's request
   if (task->state() == v1::TASK_STATE_FAILED && !failure_told_) {
     runtime::warn("planning failed for {} ({}); the links stay as they are", text(d),
                   task->reason());
@@ -220,7 +220,7 @@ void CognitionNode::sort_in(const v1::TaskStatus& task) {
                 imitator_.bundles().all().size());
 }
 
-/// The rehearsal: another planner, whose arm does not move, is asked before the decision falls
+/// The rehearsal: the planner is asked for a test, without a motion, before the decision falls
 /// [M18 fig. 2.22].
 void CognitionNode::ask_for_a_test_plan(Time now) {
   const v1::TaskStatus* answer = test_plan_.fresh(now, runtime::from_seconds(params_.task_stale_s));

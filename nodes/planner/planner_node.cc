@@ -2,31 +2,35 @@
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "common/model/files.h"
 #include "common/model/viewer.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
 #include "nodes/planner/plan_drawing_node.h"
+#include "nodes/planner/roadmap_file.h"
 
 namespace mimesis::planner {
 
-std::optional<DecidedTask> to_decided(const v1::Decision& decision) {
+Task to_task(v1::Grip grip, v1::Transport transport, v1::Goal goal) {
+  return {grip == v1::GRIP_PRECISION ? Grip::precision : Grip::full,
+          transport == v1::TRANSPORT_ABOVE ? Transport::above : Transport::below,
+          goal == v1::GOAL_HIGH ? "high" : "low"};
+}
+
+std::optional<Order> to_decided(const v1::Decision& decision) {
   if (!decision.settled() || decision.grip() == v1::GRIP_UNSPECIFIED ||
       decision.transport() == v1::TRANSPORT_UNSPECIFIED ||
       decision.goal() == v1::GOAL_UNSPECIFIED) {
     return std::nullopt;
   }
-  DecidedTask decided{
-      {decision.grip() == v1::GRIP_PRECISION ? Grip::precision : Grip::full,
-       decision.transport() == v1::TRANSPORT_ABOVE ? Transport::above : Transport::below,
-       decision.goal() == v1::GOAL_HIGH ? "high" : "low"},
-      decision.decided_ns() + 1};  // 0 stands for no decision
+  Task task = to_task(decision.grip(), decision.transport(), decision.goal());
   for (const v1::Posture& p : decision.preselected()) {
-    decided.task.preselected.emplace_back(
+    task.preselected.emplace_back(
         Eigen::VectorXd::Map(p.position_rad().data(), p.position_rad_size()));
   }
-  return decided;
+  return Order{std::move(task), decision.decided_ns() + 1};  // 0 stands for no decision
 }
 
 std::optional<ArmReading> to_reading(const v1::JointState& state, int dof) {
@@ -82,7 +86,8 @@ v1::TaskStatus to_status(const TaskSequence& sequence, int carried) {
   status.set_state(to_proto(sequence.state()));
   if (sequence.state() == TaskSequence::State::executing)
     status.set_phase(to_proto(sequence.phase()));
-  if (const auto& task = sequence.task()) {
+  if (sequence.order_id() >= kOfTicket) status.set_ticket(sequence.order_id() - kOfTicket);
+  if (const Task* task = sequence.task(); task != nullptr && sequence.order_id() != 0) {
     status.set_grip(to_proto(task->grip));
     status.set_transport(task->transport == Transport::above ? v1::TRANSPORT_ABOVE
                                                              : v1::TRANSPORT_BELOW);
@@ -174,12 +179,14 @@ const T* pointer(const std::optional<T>& value) {
 }  // namespace
 
 PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
-    : bus_(bus),
-      params_(params),
+    : params_(params),
       arm_(model::load_arm(params.robot)),
       settings_(task_settings(params)),
       sequence_(sequence_settings(params, arm_)),
-      job_(bus),
+      job_(bus, arm_, settings_),
+      roadmap_(params.roadmap.empty()
+                   ? nullptr
+                   : std::make_shared<const Roadmap>(load_roadmap(params.roadmap, arm_))),
       decision_in_(bus, "decision"),
       scene_in_(bus, "scene"),
       arm_in_(bus, "arm"),
@@ -188,6 +195,7 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       hand_command_(bus, "hand_command"),
       status_(bus, "status", {.latched = true}),
       trajectory_(bus, "trajectory"),
+      requests_(bus, arm_, settings_, params.ready_s),
       plan_(bus, "plan", {.latched = true}),
       seen_(bus, "seen", {.latched = true}),
       robot_(bus, "robot", {.latched = true}),
@@ -196,26 +204,38 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
 void PlannerNode::step(runtime::Time now) {
   read_inputs(now);
   take_plan();
-  sequence_.step({pointer(decided_), pointer(table_), pointer(arm_reading_), pointer(hand_reading_),
-                  missing(now), periods_since_last(now)});
-  if (auto request = sequence_.take_request()) {
-    waiting_request_ = std::move(request);
-    if (obsolete_) *obsolete_ = true;
-  }
-  if (waiting_request_ && !job_.running()) {
-    start_planning(*std::exchange(waiting_request_, std::nullopt));
-  }
+  requests_.step(now, pointer(table_), pointer(arm_reading_), roadmap_);
+  advance(now);
   publish_trajectory(now);
   publish_commands(now);
   publish_status(now);
   publish_drawings(now);
 }
 
+void PlannerNode::advance(runtime::Time now) {
+  const auto abort = requests_.take_abort();
+  if (abort == Requests::Abort::all && decided_) begun_ = decided_->id;
+  const bool decision = decided_ && decided_->id != begun_;
+  const Order* order = decision ? &*decided_ : requests_.next();
+  sequence_.step({order, pointer(table_), pointer(arm_reading_), pointer(hand_reading_),
+                  missing(now), periods_since_last(now), abort != Requests::Abort::nothing});
+  if (decision && sequence_.order_id() == decided_->id) begun_ = decided_->id;
+  requests_.follow(now, sequence_, compute_s_);
+  if (auto request = sequence_.take_request()) waiting_request_ = std::move(request);
+  if (sequence_.state() != TaskSequence::State::planning) waiting_request_.reset();
+  const bool awaited = sequence_.state() == TaskSequence::State::planning && !sequence_.plan();
+  if (job_.running() && (waiting_request_ || !awaited)) job_.cancel();
+  if (waiting_request_ && !job_.running()) {
+    job_.start(*std::exchange(waiting_request_, std::nullopt), roadmap_,
+               requests_.deadline_s(sequence_.order_id()));
+  }
+}
+
 void PlannerNode::read_inputs(runtime::Time now) {
   const runtime::Time stale = runtime::from_seconds(params_.stale_s);
   if (const auto* decision = decision_in_.take()) {
     if (auto decided = to_decided(*decision)) {
-      auto& preselected = decided->task.preselected;
+      auto& preselected = std::get<Task>(decided->what).preselected;
       const auto fits = [&](const Eigen::VectorXd& q) {
         return q.size() == arm_.dof() && q.allFinite();
       };
@@ -247,6 +267,7 @@ std::string PlannerNode::missing(runtime::Time now) {
   const auto* decision = decision_in_.fresh(now, oldest);
   const auto* scene = scene_in_.fresh(now, oldest);
   if (scene == nullptr) return "the scene";
+  if (sequence_.order_id() >= kOfTicket) return {};  // a client's: no teacher is needed
   if (decision == nullptr) return "the decision";
   return decision->sight_lost() ? "the sight of the teacher" : "";
 }
@@ -265,28 +286,11 @@ int PlannerNode::periods_since_last(runtime::Time now) {
   return static_cast<int>(std::clamp(std::round(periods), 1.0, 1000.0));
 }
 
-void PlannerNode::start_planning(PlanRequest request) {
-  obsolete_ = std::make_shared<std::atomic<bool>>(false);
-  TaskSettings settings = settings_;
-  settings.search.stop = [obsolete = obsolete_] { return obsolete->load(); };
-  job_.start(
-      [arm = arm_, settings = std::move(settings), known = roadmap_, request = std::move(request)] {
-        const auto begin = std::chrono::steady_clock::now();
-        const auto roadmap =
-            known ? refreshed_roadmap(known, arm, request.table, settings)
-                  : std::make_shared<const Roadmap>(prepare_roadmap(arm, request.table, settings));
-        auto plan = plan_task(arm, request.table, *roadmap, request.start, request.task, settings);
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-        return Planned{roadmap, std::move(plan), spent.count()};
-      });
-}
-
 void PlannerNode::take_plan() {
   auto planned = job_.take();
   if (!planned) return;
   roadmap_ = planned->roadmap;
-  compute_s_ =
-      runtime::read_outside_value<double>(bus_, "compute_s", [&] { return planned->compute_s; });
+  compute_s_ = planned->compute_s;
   if (waiting_request_) return;  // a newer request made this answer obsolete
   if (planned->plan) {
     runtime::info("plan of {:.2f} rad in {} motions, computed in {:.3f} s",

@@ -1,14 +1,14 @@
 #pragma once
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "common/runtime/job.h"
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
+#include "nodes/planner/planning_job_node.h"
+#include "nodes/planner/requests_node.h"
 #include "nodes/planner/task_sequence.h"
 #include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
@@ -19,8 +19,10 @@
 
 namespace mimesis::planner {
 
-/// Messages <-> the planner's own types. Empty: not settled, or a part of the decision is unknown.
-std::optional<DecidedTask> to_decided(const v1::Decision& decision);
+/// Messages <-> the planner's own types. None of the symbols is unspecified.
+Task to_task(v1::Grip grip, v1::Transport transport, v1::Goal goal);
+/// Empty: not settled, or a part of the decision is unknown.
+std::optional<Order> to_decided(const v1::Decision& decision);
 /// Empty if the number of joints is not `dof`.
 std::optional<ArmReading> to_reading(const v1::JointState& state, int dof);
 HandReading to_reading(const v1::HandState& state);
@@ -36,6 +38,7 @@ struct PlannerParams {
   double rate_hz = 200.0;           ///< rate of set-points: the robot's [Hz]
   double offset_s = 0.0;            ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";  ///< model file of the arm
+  std::string roadmap{};            ///< file of `mimesis plan roadmap`; none: it is made at first
   int roadmap_nodes = 2500;         ///< number of nodes sampled within the joint limits [1]
   int neighbours = 4;               ///< links of a node, k [1]
   int seed = 1;                     ///< seed of all sampling [1]
@@ -65,6 +68,7 @@ struct PlannerParams {
     v("rate_hz", rate_hz, 10.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
     v.file("robot", robot, "arm");
+    v.file("roadmap", roadmap, "roadmap", false);
     v("roadmap_nodes", roadmap_nodes, 100, 20000);
     v("neighbours", neighbours, 2, 32);
     v("seed", seed, 0, 1'000'000'000);
@@ -106,36 +110,28 @@ class PlannerNode {
   void change(const Params& params) { params_ = params; }
 
  private:
-  /// Result of the planning job.
-  struct Planned {
-    std::shared_ptr<const Roadmap> roadmap;
-    tl::expected<TaskPlan, Status> plan;
-    double compute_s = 0.0;  // wall time
-  };
-
   void read_inputs(runtime::Time now);
   std::string missing(runtime::Time now);
   int periods_since_last(runtime::Time now);
-  void start_planning(PlanRequest request);
   void take_plan();
+  void advance(runtime::Time now);
   void publish_commands(runtime::Time now);
   void publish_trajectory(runtime::Time now);
   void publish_status(runtime::Time now);
   void publish_drawings(runtime::Time now);
 
-  runtime::Bus& bus_;
   Params params_;
   kin::ArmModel arm_;
   TaskSettings settings_;
   TaskSequence sequence_;
-  runtime::Job<Planned> job_;
+  PlanningJob job_;
   std::optional<PlanRequest> waiting_request_;
-  std::shared_ptr<std::atomic<bool>> obsolete_;  // nobody waits for the plan of the running job
-  std::shared_ptr<const Roadmap> roadmap_;       // of the scene planned last
+  std::shared_ptr<const Roadmap> roadmap_;  // of the scene planned last
   double compute_s_ = 0.0;
   bool undrawn_ = false;  // a plan that viewers have not got
 
-  std::optional<DecidedTask> decided_;
+  std::optional<Order> decided_;
+  std::uint64_t begun_ = 0;  // id of the last decision that was begun, or shall never be
   std::optional<kin::Table> table_;
   std::optional<ArmReading> arm_reading_;
   runtime::Throttle unlike_{std::chrono::seconds(1)}, unusable_{std::chrono::seconds(1)},
@@ -155,6 +151,7 @@ class PlannerNode {
   runtime::Out<v1::HandCommand> hand_command_;
   runtime::Out<v1::TaskStatus> status_;
   runtime::Out<v1::Trajectory> trajectory_;
+  Requests requests_;
   // For viewers:
   runtime::Out<foxglove::SceneUpdate> plan_, seen_, robot_;
   runtime::Out<foxglove::FrameTransforms> robot_frames_;

@@ -22,6 +22,7 @@ constexpr double kFar = 2.0;                 // beyond the reach of the arm [m]
 // Stops that leave the path are certified up to the pace at which the bridge catches up
 // (hw/bridge/command_track.cc).
 constexpr double kPace = 1.2;
+constexpr double kJerk = 0.95;  // share of the arm's limit of the jerk, at any speed
 
 using Way = std::vector<Eigen::VectorXd>;
 
@@ -341,6 +342,7 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
   auto motion = time_optimal(
       path, speed * arm.v_max, speed * arm.a_max, settings.period_s,
       [&](Stops those) {
+        if (settings.search.stop && settings.search.stop()) return false;
         those.v0 *= kPace;
         those.v1 *= kPace;
         those.a = arm.a_max;
@@ -348,7 +350,7 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
         those.alone_s = alone_s;
         return stops.certify_stops(those);
       },
-      kPace * alone_s);
+      kPace * alone_s, kJerk * arm.j_max);
   if (!motion) return std::nullopt;
   return PlannedMotion{phase,         path.curves(), obstacles, std::move(*motion),
                        path.length(), margin_m};

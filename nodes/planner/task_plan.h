@@ -130,6 +130,7 @@ struct TaskPlan {
   std::vector<PlannedMotion> motions;
   double path_length_rad = 0.0;
   int roadmap_nodes = 0;
+  std::vector<std::size_t> passed{};  ///< of a move, before each motion: places of its way
 };
 
 /// `count` postures, evenly along the way from above the object to above the goal.

@@ -20,9 +20,9 @@ TaskSequence::TaskSequence(const SequenceSettings& settings)
 void TaskSequence::step(const SequenceInput& input) {
   started_.reset();
   waited_s_ += input.periods * settings_.period_s;
-  const bool at_rest = state_ == State::idle || state_ == State::done || state_ == State::failed;
-  if (at_rest) {
-    if (input.decision != nullptr && input.decision->id != decision_id_) await_inputs(input);
+  if (input.abort) abort();
+  if (at_rest()) {
+    if (input.order != nullptr && input.order->id != order_.id) await_inputs(input);
     return;
   }
   if (!healthy(input)) return;
@@ -34,8 +34,8 @@ void TaskSequence::step(const SequenceInput& input) {
 }
 
 void TaskSequence::await_inputs(const SequenceInput& input) {
-  if (awaiting_id_ != input.decision->id) {
-    awaiting_id_ = input.decision->id;
+  if (awaiting_id_ != input.order->id) {
+    awaiting_id_ = input.order->id;
     waited_s_ = 0.0;
   }
   const char* missing = input.table == nullptr  ? "the scene"
@@ -44,34 +44,55 @@ void TaskSequence::await_inputs(const SequenceInput& input) {
                                                 : nullptr;
   if (missing == nullptr) return begin(input);
   if (!late(settings_.ready_s)) return;
-  decision_id_ = input.decision->id;
-  task_ = input.decision->task;
+  order_ = *input.order;
   fail(std::string("waited in vain for ") + missing, true);
 }
 
 void TaskSequence::begin(const SequenceInput& input) {
-  decision_id_ = input.decision->id;
-  task_ = input.decision->task;
-  hand_ = HandOrder{task_->grip, 0.0, settings_.grip_force};
+  order_ = *input.order;
+  plan_.reset();
+  if (const Task* wanted = task()) hand_ = HandOrder{wanted->grip, 0.0, settings_.grip_force};
   if (!set_point_) set_point_ = {input.arm->q, Eigen::VectorXd::Zero(input.arm->q.size()), {}};
-  plan_from_here(*input.table);
+  plan_from_here(input);
 }
 
-void TaskSequence::plan_from_here(const kin::Table& table) {
+/// On the table as it is now, or was last.
+void TaskSequence::plan_from_here(const SequenceInput& input) {
+  if (auto* move = std::get_if<Move>(&order_.what)) {
+    if (input.hand->object_detected && held_.empty())
+      return fail("the hand holds an object of unknown size", false);
+    if (plan_ && !plan_->passed.empty()) {  // what it has passed
+      const auto passed = static_cast<std::ptrdiff_t>(plan_->passed[motion_]);
+      move->via.erase(move->via.begin(), move->via.begin() + passed);
+    }
+  }
   state_ = State::planning;
   phase_ = Phase::reach;
   reason_.clear();
   plan_.reset();
-  table_ = table;
-  request_ = PlanRequest{table, set_point_->q, *task_};
+  if (input.table != nullptr) table_ = *input.table;
+  request_ = PlanRequest{*table_, set_point_->q, order_.what,
+                         input.hand->object_detected ? held_ : std::vector<kin::Ball>{}};
   stop_.reset();
   waited_s_ = 0.0;
+}
+
+void TaskSequence::abort() {
+  if (at_rest()) return;
+  const bool moves =
+      state_ == State::executing && phase_ != Phase::grasp && phase_ != Phase::release;
+  if (moves) {
+    stop_ = Stop::aborted;
+  } else {
+    fail("aborted", false);
+  }
 }
 
 void TaskSequence::set_plan(tl::expected<TaskPlan, Status> plan) {
   if (state_ != State::planning) return;
   if (!plan) return fail(plan.error().reason, false);
   plan_ = std::move(*plan);
+  motion_ = 0;
   waited_s_ = 0.0;
 }
 
@@ -80,7 +101,11 @@ void TaskSequence::step_planning(const SequenceInput& input) {
     if (late(settings_.planning_s)) fail("planning took too long", false);
     return;
   }
-  if (input.table != nullptr && object_moved(*input.table)) return plan_from_here(*input.table);
+  if (input.table != nullptr && object_moved(*input.table)) return plan_from_here(input);
+  if (plan_->motions.empty()) {
+    state_ = State::done;
+    return;
+  }
   if (!input.arm->operational || !input.hand->active) {
     if (late(settings_.ready_s)) {
       fail(input.arm->operational ? "the hand is not active" : "the arm is not operational", false);
@@ -90,7 +115,7 @@ void TaskSequence::step_planning(const SequenceInput& input) {
   if ((input.arm->q - set_point_->q).cwiseAbs().maxCoeff() > settings_.arrival_rad) {
     // It sagged or was moved before it was armed: hold and plan from where it is.
     set_point_->q = input.arm->q;
-    return plan_from_here(*table_);
+    return plan_from_here(input);
   }
   state_ = State::executing;
   start_motion(0);
@@ -100,6 +125,7 @@ void TaskSequence::start_motion(std::size_t index) {
   motion_ = index;
   phase_ = plan_->motions[index].phase;
   playback_.start(plan_->motions[index].trajectory);
+  if (const auto& held = plan_->motions[index].obstacles.held; !held.empty()) held_ = held;
   started_ = index;
   waited_s_ = 0.0;
 }
@@ -135,15 +161,16 @@ void TaskSequence::step_motion(const SequenceInput& input) {
       fail("the arm did not arrive, it is " + degrees(away) + " off", false);
     return;
   }
+  if (stop_ == Stop::aborted) return fail("aborted", false);
   if (stop_ == Stop::object_lost) return fail("the object was lost in transport", false);
   if (stop_ == Stop::obstacle_moved && phase_ != Phase::reach)
     return fail("an obstacle moved into the way", false);
   if (stop_) {
-    if (input.table != nullptr) plan_from_here(*input.table);
+    if (input.table != nullptr) plan_from_here(input);
     return;
   }
   // The open hand goes round the object: it must be open before the approach.
-  if (phase_ == Phase::reach &&
+  if (phase_ == Phase::reach && task() != nullptr &&
       (input.hand->closure > settings_.open_closure || input.hand->moving)) {
     if (late(settings_.hand_s)) fail("the hand does not open", false);
     return;
@@ -152,8 +179,9 @@ void TaskSequence::step_motion(const SequenceInput& input) {
 }
 
 std::optional<TaskSequence::Stop> TaskSequence::reason_to_stop(const SequenceInput& input) const {
-  if (phase_ == Phase::transport && !input.hand->object_detected) return Stop::object_lost;
-  if (phase_ == Phase::reach && input.table != nullptr && object_moved(*input.table)) {
+  const bool holds = phase_ == Phase::transport || !plan_->motions[motion_].obstacles.held.empty();
+  if (holds && !input.hand->object_detected) return Stop::object_lost;
+  if (phase_ == Phase::reach && !holds && input.table != nullptr && object_moved(*input.table)) {
     return Stop::object_moved;
   }
   if (settings_.keeps_clear && input.table != nullptr &&

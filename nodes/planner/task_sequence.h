@@ -5,7 +5,7 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "nodes/planner/task_plan.h"
+#include "nodes/planner/move_plan.h"
 #include "nodes/planner/time_scaling.h"
 
 namespace mimesis::planner {
@@ -32,9 +32,9 @@ struct SequenceSettings {
       keeps_clear{};
 };
 
-/// A settled decision; `id` changes with every new one.
-struct DecidedTask {
-  Task task;
+/// A settled decision or a client's request; `id` changes with every new one.
+struct Order {
+  std::variant<Task, Move> what;
   std::uint64_t id = 0;
 };
 
@@ -54,13 +54,14 @@ struct HandReading {
 
 /// Inputs of one step. Null: unknown or stale.
 struct SequenceInput {
-  const DecidedTask* decision = nullptr;
+  const Order* order = nullptr;
   const kin::Table* table = nullptr;
   const ArmReading* arm = nullptr;
   const HandReading* hand = nullptr;
   /// What the motion depends on and is not heard ("the scene"); empty: all is well.
   std::string missing{};
-  int periods = 1;  ///< since the last step; more if steps were left out
+  int periods = 1;     ///< since the last step; more if steps were left out
+  bool abort = false;  ///< the order at work ends: the arm brakes on its path
 };
 
 struct SetPoint {
@@ -74,20 +75,13 @@ struct HandOrder {
   double closure = 0.0, force = 0.0;  ///< [1]
 };
 
-/// A request to plan.
-struct PlanRequest {
-  kin::Table table;
-  Eigen::VectorXd start;  ///< [rad]
-  Task task;
-};
-
 /// The task from a settled decision to the released object, one step per period:
 ///   idle → planning → executing {reach, approach, grasp, transport, release, retreat} → done,
-/// and from anywhere → failed with a reason. While something is missing or the arm lags by half of
-/// `tracking_rad`, a motion waits on its path; from a quarter on it is slower. The whole plan
-/// exists before the first motion starts. Set-points flow from the first decision on (the posture
-/// at that time is held) and end with a fault of arm or hand: silence stops the drives. After done
-/// or failed a new decision starts again.
+/// and from anywhere → failed with a reason. A move has reaches alone, and leaves the hand as it
+/// is. While something is missing or the arm lags by half of `tracking_rad`, a motion waits on its
+/// path; from a quarter on it is slower. The whole plan exists before the first motion starts.
+/// Set-points flow from the first order on (the posture at that time is held) and end with a fault
+/// of arm or hand: silence stops the drives. After done or failed a new order starts again.
 class TaskSequence {
  public:
   enum class State { idle, planning, executing, done, failed };
@@ -104,22 +98,25 @@ class TaskSequence {
   State state() const { return state_; }
   Phase phase() const { return phase_; }
   const std::string& reason() const { return reason_; }
-  const std::optional<Task>& task() const { return task_; }
+  /// Null: of a move, or before the first order.
+  const Task* task() const { return std::get_if<Task>(&order_.what); }
+  std::uint64_t order_id() const { return order_.id; }  ///< the order begun last; 0: none
+  bool at_rest() const { return state_ != State::planning && state_ != State::executing; }
   bool plan_succeeded() const { return plan_.has_value() && state_ != State::failed; }
   const std::optional<TaskPlan>& plan() const { return plan_; }
   /// set-point of this step; empty: none is sent
   const std::optional<SetPoint>& set_point() const { return set_point_; }
-  /// empty before the first decision
+  /// empty before the first task
   const std::optional<HandOrder>& hand_order() const { return hand_; }
   /// Index into plan().motions that this step started.
   std::optional<std::size_t> started_motion() const { return started_; }
 
  private:
-  enum class Stop { object_moved, object_lost, obstacle_moved };
+  enum class Stop { object_moved, object_lost, obstacle_moved, aborted };
 
   void await_inputs(const SequenceInput& input);
   void begin(const SequenceInput& input);
-  void plan_from_here(const kin::Table& table);
+  void plan_from_here(const SequenceInput& input);
   void step_planning(const SequenceInput& input);
   void step_executing(const SequenceInput& input);
   void step_motion(const SequenceInput& input);
@@ -129,6 +126,7 @@ class TaskSequence {
   void motion_ended();
   std::optional<Stop> reason_to_stop(const SequenceInput& input) const;
   bool healthy(const SequenceInput& input);
+  void abort();
   bool object_moved(const kin::Table& table) const;
   void fail(std::string reason, bool silent);
   bool late(double limit_s) const { return waited_s_ > limit_s; }
@@ -137,13 +135,14 @@ class TaskSequence {
   State state_ = State::idle;
   Phase phase_ = Phase::reach;
   std::string reason_;
-  std::optional<Task> task_;
-  std::uint64_t decision_id_ = 0, awaiting_id_ = 0;
+  Order order_{Move{}};  // begun last
+  std::uint64_t awaiting_id_ = 0;
   std::optional<kin::Table> table_;  // the plan's
   std::optional<PlanRequest> request_;
   std::optional<TaskPlan> plan_;
   std::optional<SetPoint> set_point_;
   std::optional<HandOrder> hand_;
+  std::vector<kin::Ball> held_;  // of the object grasped last
   std::optional<std::size_t> started_;
   Playback playback_;
   std::size_t motion_ = 0;

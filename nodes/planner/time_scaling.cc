@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kGridStep = 0.01;  // largest Δs [rad]
 constexpr int kLeastPerPiece = 12;  // grid points in a piece, however short
-constexpr int kBisections = 45;
+constexpr int kBisections = 24;
 constexpr double kTiny = 1e-12;
 
 struct Interval {
@@ -168,27 +168,107 @@ bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::V
   return true;
 }
 
-JointTrajectory sampled(const SmoothPath& path, const std::vector<GridPoint>& grid,
-                        const std::vector<double>& speed, double period_s) {
-  std::vector<double> time(grid.size(), 0.0);
-  for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
-    const double ds = grid[i + 1].s - grid[i].s;
-    time[i + 1] = time[i] + 2.0 * ds / std::max(speed[i] + speed[i + 1], kTiny);
+/// s over time at the speeds of the grid, each part between two stops averaged over `window_s`.
+class PathClock {
+ public:
+  PathClock(const std::vector<GridPoint>& grid, const std::vector<double>& speed, double window_s)
+      : grid_(grid), speed_(speed), window_(window_s), time_(grid.size(), 0.0), way_(time_) {
+    parts_.push_back({0, 0, 0.0});
+    for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
+      const double ds = grid[i + 1].s - grid[i].s;
+      const double dt = 2.0 * ds / std::max(speed[i] + speed[i + 1], kTiny);
+      time_[i + 1] = time_[i] + dt;
+      way_[i + 1] = way_[i] + dt * (grid[i].s + dt * (2.0 * speed[i] + speed[i + 1]) / 6.0);
+      parts_.back().last = i + 1;
+      if (grid[i + 1].x_max == 0.0 && i + 2 < grid.size())
+        parts_.push_back(
+            {i + 1, i + 1,
+             parts_.back().begin + window_s + time_[i + 1] - time_[parts_.back().first]});
+    }
   }
+  double duration() const {
+    return parts_.back().begin + time_.back() - time_[parts_.back().first] + window_;
+  }
+  /// s and ṡ.
+  std::pair<double, double> at(double t) const {
+    const Part& part = part_of(t);
+    const double since = time_[part.first] + t - part.begin;
+    if (window_ == 0.0) return {place(part, since), rate(part, since)};
+    return {(way(part, since) - way(part, since - window_)) / window_,
+            (place(part, since) - place(part, since - window_)) / window_};
+  }
+  /// The grid points that have an influence on the times from t0 to t1.
+  std::pair<std::size_t, std::size_t> influence(double t0, double t1) const {
+    const Part& from = part_of(t0);
+    const Part& to = part_of(t1);
+    return {index(from, time_[from.first] + t0 - from.begin - window_),
+            std::min(index(to, time_[to.first] + t1 - to.begin) + 1, grid_.size() - 1)};
+  }
+
+ private:
+  struct Part {
+    std::size_t first, last;  // of the grid
+    double begin;             // when it begins, in the time with all windows [s]
+  };
+
+  const Part& part_of(double t) const {
+    auto part = parts_.begin();
+    while (part + 1 != parts_.end() && (part + 1)->begin <= t) ++part;
+    return *part;
+  }
+  /// The grid point before time t of the part.
+  std::size_t index(const Part& part, double t) const {
+    const auto begin = time_.begin() + static_cast<std::ptrdiff_t>(part.first),
+               end = time_.begin() + static_cast<std::ptrdiff_t>(part.last);
+    const auto behind = std::upper_bound(begin, end, t);
+    return static_cast<std::size_t>(std::max(behind - time_.begin() - 1, begin - time_.begin()));
+  }
+  double acceleration(std::size_t i) const {
+    return (speed_[i + 1] - speed_[i]) / (time_[i + 1] - time_[i]);
+  }
+  bool rests(const Part& part, double t) const {
+    return t <= time_[part.first] || t >= time_[part.last];
+  }
+  double rate(const Part& part, double t) const {
+    if (rests(part, t)) return 0.0;
+    const std::size_t i = index(part, t);
+    return speed_[i] + acceleration(i) * (t - time_[i]);
+  }
+  double place(const Part& part, double t) const {
+    if (rests(part, t)) return grid_[t <= time_[part.first] ? part.first : part.last].s;
+    const std::size_t i = index(part, t);
+    const double tau = t - time_[i];
+    return grid_[i].s + (speed_[i] + 0.5 * acceleration(i) * tau) * tau;
+  }
+  /// ∫ s dt
+  double way(const Part& part, double t) const {
+    const std::size_t i = t <= time_[part.first]  ? part.first
+                          : t >= time_[part.last] ? part.last
+                                                  : index(part, t);
+    const double tau = t - time_[i];
+    if (rests(part, t)) return way_[i] + grid_[i].s * tau;
+    return way_[i] + tau * (grid_[i].s + tau * (speed_[i] / 2.0 + acceleration(i) * tau / 6.0));
+  }
+
+  const std::vector<GridPoint>& grid_;
+  const std::vector<double>& speed_;
+  double window_;
+  std::vector<double> time_, way_;
+  std::vector<Part> parts_;
+};
+
+JointTrajectory sampled(const SmoothPath& path, const PathClock& clock, double stretch,
+                        double period_s) {
+  const double duration = stretch * clock.duration();
   const auto periods =
-      static_cast<Eigen::Index>(std::max(1.0, std::ceil(time.back() / period_s - 1e-9)));
-  const double stretch = period_s * static_cast<double>(periods) / time.back();
+      static_cast<Eigen::Index>(std::max(1.0, std::ceil(duration / period_s - 1e-9)));
+  stretch = period_s * static_cast<double>(periods) / clock.duration();
   JointTrajectory motion{period_s, Eigen::MatrixXd(path.dof(), periods + 1),
                          Eigen::MatrixXd::Zero(path.dof(), periods + 1)};
   motion.position.col(0) = path.at(0.0).q;
-  std::size_t i = 0;
   for (Eigen::Index k = 1; k < periods; ++k) {
-    const double t = static_cast<double>(k) * period_s / stretch;
-    while (i + 2 < grid.size() && time[i + 1] < t) ++i;
-    const double span = time[i + 1] - time[i], tau = std::clamp(t - time[i], 0.0, span);
-    const double u = (speed[i + 1] - speed[i]) / span, s_dot = speed[i] + u * tau;
-    const double s = grid[i].s + (speed[i] + 0.5 * u * tau) * tau;
-    const SmoothPath::Point point = path.at(std::min(s, path.length()));
+    const auto [s, s_dot] = clock.at(static_cast<double>(k) * period_s / stretch);
+    const SmoothPath::Point point = path.at(std::clamp(s, 0.0, path.length()));
     motion.position.col(k) = point.q;
     motion.velocity.col(k) = point.dq * (s_dot / stretch);
   }
@@ -196,22 +276,120 @@ JointTrajectory sampled(const SmoothPath& path, const std::vector<GridPoint>& gr
   return motion;
 }
 
+struct Limits {
+  Eigen::VectorXd v, a, j;
+};
+
+constexpr double kTolerance = 1.01;            // of the time
+constexpr double kStrict = kTolerance - 1e-9;  // makes a limit one without tolerance
+
+/// By how much the differences of the samples around each are beyond the limits, and its speed
+/// beyond what can be stopped, in time: the motion keeps them if it takes so much longer. The arm
+/// rests before and behind the motion.
+std::vector<double> excess(const JointTrajectory& motion, const PathClock& clock,
+                           const std::vector<GridPoint>& grid, const Limits& limits) {
+  const Eigen::Index count = motion.samples();
+  const double pace = clock.duration() / motion.duration_s();
+  const auto q = [&](Eigen::Index k) {
+    return motion.position.col(std::clamp(k, Eigen::Index{0}, count - 1));
+  };
+  const auto share = [&](const auto& difference, const Eigen::VectorXd& most) {
+    return (difference.array().abs() / most.array()).maxCoeff();
+  };
+  std::vector<double> beyond;
+  std::size_t i = 0;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const double v = share(motion.velocity.col(k), limits.v);
+    const double a = share(q(k + 1) - 2.0 * q(k) + q(k - 1), limits.a);
+    const double j = share(q(k + 2) - 3.0 * q(k + 1) + 3.0 * q(k) - q(k - 1), limits.j);
+    const auto [s, s_dot] = clock.at(static_cast<double>(k) * motion.period_s * pace);
+    while (i + 2 < grid.size() && grid[i + 1].s < s) ++i;
+    const double stoppable = std::sqrt(std::max({grid[i].x_max, grid[i + 1].x_max, kTiny}));
+    beyond.push_back(std::max({v, std::sqrt(a) / motion.period_s, std::cbrt(j) / motion.period_s,
+                               kStrict * s_dot * pace / stoppable}));
+  }
+  return beyond;
+}
+
+/// The motion with these limits of the acceleration: see time_optimal.
+JointTrajectory smoothed(const SmoothPath& path, const std::vector<GridPoint>& proven,
+                         const Limits& limits, double period_s) {
+  constexpr int kMostRounds = 20, kPatience = 4;
+  constexpr double kBetter = 0.998;
+  const double window = (limits.a.array() / limits.j.array()).maxCoeff();
+  std::vector<GridPoint> grid = proven;
+  std::optional<JointTrajectory> best;
+  std::vector<double> cap(grid.size());
+  for (int round = 0, since = 0; round < kMostRounds && since < kPatience; ++round) {
+    const std::vector<double> speed = fastest(grid, limits.a);
+    const PathClock clock(grid, speed, window);
+    JointTrajectory motion = sampled(path, clock, 1.0, period_s);
+    const double h = period_s * clock.duration() / motion.duration_s();
+    const std::vector<double> beyond = excess(motion, clock, proven, limits);
+    const double worst = *std::ranges::max_element(beyond);
+    double still = worst;
+    for (double stretch = worst; still > kTolerance; stretch *= still) {
+      motion = sampled(path, clock, stretch, period_s);
+      still = std::ranges::max(excess(motion, clock, proven, limits));
+    }
+    const bool better = !best || motion.duration_s() < kBetter * best->duration_s();
+    since = better ? 0 : since + 1;
+    if (!best || motion.samples() < best->samples()) best = std::move(motion);
+    if (worst <= kTolerance) break;
+    std::ranges::fill(cap, std::numeric_limits<double>::infinity());
+    for (std::size_t k = 0; k < beyond.size(); ++k) {
+      if (beyond[k] <= kTolerance) continue;
+      const double t = static_cast<double>(k) * h, r = beyond[k] + 0.2 * (beyond[k] - 1.0);
+      const auto [from, to] = clock.influence(std::max(t - h, 0.0), t + 2.0 * h);
+      const auto [lo, hi] =
+          std::minmax_element(speed.begin() + static_cast<std::ptrdiff_t>(from),
+                              speed.begin() + static_cast<std::ptrdiff_t>(to) + 1);
+      const double flat = 0.995 * *hi;  // what is not, is made flat first
+      const double cut = *lo < flat ? *lo + (*hi - *lo) / (r * r * r) : *hi / r;
+      for (std::size_t p = from; p <= to; ++p) cap[p] = std::min(cap[p], cut);
+    }
+    for (std::size_t p = 0; p < grid.size(); ++p)
+      grid[p].x_max = std::min(grid[p].x_max, cap[p] * cap[p]);
+  }
+  return *best;
+}
+
+JointTrajectory timed(const SmoothPath& path, const std::vector<GridPoint>& grid,
+                      const Limits& limits, double period_s) {
+  if (limits.j.size() == 0)
+    return sampled(path, PathClock(grid, fastest(grid, limits.a), 0.0), 1.0, period_s);
+  JointTrajectory best = smoothed(path, grid, limits, period_s);
+  double share = 1.0;
+  for (const double factor : {0.7, 0.85, 1.15}) {
+    while (share * factor < 1.0) {
+      JointTrajectory other =
+          smoothed(path, grid, {limits.v, share * factor * limits.a, limits.j}, period_s);
+      if (other.samples() >= best.samples()) break;
+      best = std::move(other);
+      share *= factor;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
                                             const Eigen::VectorXd& v_max_rad_s,
                                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
-                                            const Stoppable& stoppable, double alone_s) {
+                                            const Stoppable& stoppable, double alone_s,
+                                            const Eigen::VectorXd& j_max_rad_s3) {
   std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
   if (!slow_down(path, fastest(grid, a_max_rad_s2), a_max_rad_s2, stoppable, alone_s, grid))
     return std::nullopt;
-  return sampled(path, grid, fastest(grid, a_max_rad_s2), period_s);
+  return timed(path, grid, {v_max_rad_s, a_max_rad_s2, j_max_rad_s3}, period_s);
 }
 
 JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
-                             const Eigen::VectorXd& a_max_rad_s2, double period_s) {
-  const std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
-  return sampled(path, grid, fastest(grid, a_max_rad_s2), period_s);
+                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
+                             const Eigen::VectorXd& j_max_rad_s3) {
+  return timed(path, grid_of(path, v_max_rad_s), {v_max_rad_s, a_max_rad_s2, j_max_rad_s3},
+               period_s);
 }
 
 void Playback::start(JointTrajectory trajectory) {

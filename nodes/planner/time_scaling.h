@@ -32,13 +32,22 @@ using Stoppable = std::function<bool(const Stops&)>;
 /// speed, x is lowered until it agrees; it is told where the motion was `alone_s` before (0: not).
 /// The duration is then stretched to a whole number of
 /// periods. O(grid points × n × bisections). Empty if not even a slow motion can be stopped.
+///
+/// With limits of the jerk, s(t) is then averaged over a window T = max aⱼ/jⱼ: what stays below a
+/// then changes by at most 2a/T, and by a/T = j where s̈ keeps its sign or is 0 for T in between. So
+/// speeds are capped around every sample whose differences are beyond a limit, and the motion is
+/// made again, until none is; what little is left stretches the time. a is then lowered as long as
+/// that makes the motion shorter: short ones do not reach it. On a straight line this is the
+/// profile of seven segments [docs/planner.md#jerk].
 std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
                                             const Eigen::VectorXd& v_max_rad_s,
                                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
-                                            const Stoppable& stoppable, double alone_s = 0.0);
+                                            const Stoppable& stoppable, double alone_s = 0.0,
+                                            const Eigen::VectorXd& j_max_rad_s3 = {});
 /// The same without stops.
 JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
-                             const Eigen::VectorXd& a_max_rad_s2, double period_s);
+                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
+                             const Eigen::VectorXd& j_max_rad_s3 = {});
 
 /// Plays a trajectory q(σ(t)), period by period; brakes and goes on without leaving the path.
 class Playback {

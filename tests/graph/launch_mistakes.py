@@ -26,12 +26,12 @@ FIRST = [
             "    params: {rate_hz: 100, architecture: \"${arg:ladder}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
             "      save_links: \"${run:log}/links.json\", rehearse: \"${arg:rehearse}\", goals: \"${arg:goals}\",\n"
             "      order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
-            "    in: {observation: vision/observation, task: planner/status, test_plan: rehearsal/status, goals: task/goals}",
+            "    in: {observation: vision/observation, task: planner/status, test_plan: planner/trial, goals: task/goals}",
             "  «cognition:\n    exec: mimesis_cognition\n    after: [recorder]\n"
             "    params: {rate_hz: 100, architecture: \"${arg:ladder}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
             "      save_links: \"${run:log}/links.json\", rehearse: \"${arg:rehearse}\", goals: \"${arg:goals}\",\n"
             "      order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
-            "    in: {observation: vision/observation, test_plan: rehearsal/status, goals: task/goals}",
+            "    in: {observation: vision/observation, test_plan: planner/trial, goals: task/goals}",
             "input 'task' is left out", "planner/status"),
     Mistake("message of another type", IMITATION, "in: {image: camera/image,", "in: {image: «camera/truth,",
             "expected foxglove.RawImage", "camera/right"),

@@ -6,6 +6,7 @@
 #include "common/model/files.h"
 #include "common/runtime/param_source.h"
 #include "nodes/planner/planner_node.h"
+#include "nodes/planner/roadmap_file.h"
 
 namespace mimesis::planner {
 namespace {
@@ -85,6 +86,8 @@ RoadmapDrawer::RoadmapDrawer(const v1::NodeStart& start) {
   const PlannerParams params = params_of(start);
   arm_ = model::load_arm(params.robot);
   settings_ = task_settings(params);
+  if (!params.roadmap.empty())
+    stored_ = std::make_shared<const Roadmap>(load_roadmap(params.roadmap, arm_));
 }
 
 foxglove::SceneUpdate RoadmapDrawer::draw(const v1::Scene& scene, const v1::TaskStatus& status) {
@@ -92,7 +95,10 @@ foxglove::SceneUpdate RoadmapDrawer::draw(const v1::Scene& scene, const v1::Task
   v1::Scene without_time = scene;
   without_time.clear_header();
   std::string bytes = without_time.SerializeAsString();
-  if (!roadmap_ || bytes != scene_) roadmap_ = prepare_roadmap(arm_, table, settings_);
+  if (!roadmap_ || bytes != scene_) {
+    roadmap_ = stored_ ? *refreshed_roadmap(stored_, arm_, table, settings_)
+                       : prepare_roadmap(arm_, table, settings_);
+  }
   scene_ = std::move(bytes);
   return to_drawing(arm_, table, *roadmap_, settings_.margin_m, to_transport(status.transport()),
                     std::chrono::nanoseconds(status.header().stamp_ns()));

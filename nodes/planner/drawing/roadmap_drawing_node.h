@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -34,6 +35,7 @@ class RoadmapDrawer {
   kin::ArmModel arm_;
   TaskSettings settings_;
   std::string scene_;  ///< scene of `roadmap_`, without its header
+  std::shared_ptr<const Roadmap> stored_;
   std::optional<Roadmap> roadmap_;
 };
 

@@ -326,5 +326,237 @@ TEST(PlannerNode, RefusesAMissingModelFile) {
   EXPECT_THROW(PlannerNode(params, bus), ConfigError);
 }
 
+/// Clients of the node.
+class Clients : public Bench {
+ public:
+  Clients() { bus.send("scene", scene, now); }
+
+  tl::expected<v1::PlanTicket, Status> ask(const char* service, const v1::PlanRequest& asked) {
+    const auto answer = bus.call(std::string("test/") + service, asked.SerializeAsString(), 1s);
+    v1::PlanTicket ticket;
+    if (!answer) return tl::unexpected(answer.error());
+    EXPECT_TRUE(ticket.ParseFromString(*answer));
+    return ticket;
+  }
+  std::string refusal(const char* service, const v1::PlanRequest& asked) {
+    const auto answer = ask(service, asked);
+    return answer ? "taken" : answer.error().reason;
+  }
+  std::string abort(std::uint64_t ticket) {
+    v1::PlanTicket asked;
+    asked.set_ticket(ticket);
+    const auto answer = bus.call("test/abort", asked.SerializeAsString(), 1s);
+    return answer ? "" : answer.error().reason;
+  }
+  v1::PlanAnswer answer() {
+    for (int i = 0; i < 6000; ++i) {
+      if (auto answer = bus.take<v1::PlanAnswer>("answer")) return *answer;
+      step();
+    }
+    ADD_FAILURE() << "no answer";
+    return {};
+  }
+
+  static v1::PlanRequest task(v1::Grip grip, v1::Transport transport, v1::Goal goal) {
+    v1::PlanRequest asked;
+    asked.set_grip(grip);
+    asked.set_transport(transport);
+    asked.set_goal(goal);
+    return asked;
+  }
+  /// Away from the bridge.
+  static v1::PlanRequest turned(double by_rad) {
+    v1::PlanRequest asked;
+    Eigen::VectorXd q = model::load_arm("lwr4.yaml").home;
+    q[0] -= by_rad;
+    asked.add_to()->mutable_position_rad()->Add(q.begin(), q.end());
+    return asked;
+  }
+};
+
+TEST(Requests, TestsAndPlansMoveNothing) {
+  Clients clients;
+  auto possible = Clients::task(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_LOW);
+  possible.set_client("a");
+  auto impossible = Clients::task(v1::GRIP_FULL, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+  impossible.set_client("b");
+  const auto first = clients.ask("test", possible), second = clients.ask("test", impossible),
+             third = clients.ask("plan", clients.turned(0.5));
+  ASSERT_TRUE(first && second && third);
+  EXPECT_EQ(first->ticket(), 1u);
+  EXPECT_EQ(second->before(), 1u);
+  EXPECT_EQ(third->before(), 2u);
+
+  const auto one = clients.answer(), two = clients.answer(), three = clients.answer();
+  EXPECT_EQ(one.client(), "a");
+  EXPECT_TRUE(one.succeeded()) << one.reason();
+  EXPECT_GT(one.duration_s(), 1.0);
+  EXPECT_GT(one.length_rad(), 1.0);
+  EXPECT_EQ(one.motions_size(), 0);
+  EXPECT_EQ(two.client(), "b");
+  EXPECT_FALSE(two.succeeded());
+  EXPECT_NE(two.reason(), "");
+  EXPECT_TRUE(three.succeeded()) << three.reason();
+  ASSERT_EQ(three.motions_size(), 1);
+  const auto& last = three.motions(0).points(three.motions(0).points_size() - 1);
+  EXPECT_NEAR(last.position_rad(0), clients.arm_q[0] - 0.5, 1e-12);
+  EXPECT_FALSE(clients.commanded);
+  EXPECT_EQ(clients.state(), v1::TASK_STATE_IDLE);
+
+  v1::PlanTicket asked;
+  asked.set_ticket(2);
+  v1::PlanAnswer again;
+  ASSERT_TRUE(
+      again.ParseFromString(*clients.bus.call("test/answer", asked.SerializeAsString(), 1s)));
+  EXPECT_EQ(again.reason(), two.reason());
+  asked.set_ticket(4);
+  EXPECT_EQ(clients.bus.call("test/answer", asked.SerializeAsString(), 1s).error().reason,
+            "no ticket 4");
+}
+
+TEST(Requests, OrdersAreDoneInTurnAndAbortedAmidAMotion) {
+  Clients clients;
+  const Eigen::VectorXd home = clients.arm_q;
+  ASSERT_TRUE(clients.ask("do", clients.turned(0.6)));
+  ASSERT_TRUE(clients.ask("do", clients.turned(1.0)));
+  EXPECT_TRUE(clients.answer().succeeded());
+  EXPECT_NEAR(clients.arm_q[0], home[0] - 0.6, 1e-9);
+  const auto second = clients.answer();
+  EXPECT_TRUE(second.succeeded());
+  EXPECT_EQ(second.ticket(), 2u);
+  EXPECT_NEAR(clients.arm_q[0], home[0] - 1.0, 1e-9);
+
+  ASSERT_TRUE(clients.bus.call("test/home", "", 1s));
+  ASSERT_TRUE(clients.ask("do", clients.turned(0.5)));
+  while (clients.arm_q[0] < home[0] - 0.5) clients.step();
+  EXPECT_EQ(clients.statuses.back().ticket(), 3u);
+  EXPECT_EQ(clients.abort(7), "ticket 7 neither waits nor is done");
+  EXPECT_EQ(clients.abort(0), "");
+  const auto waited = clients.answer(), moved = clients.answer();
+  EXPECT_EQ(waited.ticket(), 4u);
+  EXPECT_EQ(moved.ticket(), 3u);
+  EXPECT_EQ(waited.reason(), "aborted");
+  EXPECT_EQ(moved.reason(), "aborted");
+  const double at = clients.arm_q[0];
+  EXPECT_GT(at, home[0] - 0.5);
+  EXPECT_LT(at, home[0] - 0.1);
+  for (int i = 0; i < 200; ++i) clients.step();
+  EXPECT_EQ(clients.arm_q[0], at) << "it holds";
+  ASSERT_TRUE(clients.bus.call("test/home", "", 1s));
+  EXPECT_TRUE(clients.answer().succeeded());
+  EXPECT_LT((clients.arm_q - home).norm(), 1e-9);
+}
+
+TEST(Requests, ADecisionGoesFirstAndIsNotBegunTwice) {
+  Clients clients;
+  ASSERT_TRUE(clients.ask("do", clients.turned(0.3)));
+  clients.decide(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_LOW);
+  clients.until_rest();
+  EXPECT_EQ(clients.state(), v1::TASK_STATE_DONE) << clients.statuses.back().reason();
+  EXPECT_EQ(clients.statuses.back().ticket(), 0u);
+  EXPECT_TRUE(clients.answer().succeeded());
+  for (int i = 0; i < 50; ++i) clients.step();
+  EXPECT_EQ(clients.statuses.back().ticket(), 1u);
+  EXPECT_EQ(clients.state(), v1::TASK_STATE_DONE) << "the decision is done, too";
+
+  clients.statuses.clear();
+  EXPECT_EQ(clients.abort(0), "") << "nothing is done: that is no mistake";
+  for (int i = 0; i < 50; ++i) clients.step();
+  EXPECT_NE(clients.state(), v1::TASK_STATE_FAILED);
+}
+
+TEST(Requests, AnOrderNeedsTheSceneButNoDecision) {
+  Bench bench({.upstream_s = 0.06});
+  const auto asked = Clients::turned(0.5).SerializeAsString();
+  ASSERT_TRUE(bench.bus.call("test/do", asked, 1s));
+  std::optional<v1::PlanAnswer> answer;
+  for (int i = 0; i < 2000 && !answer; ++i) {
+    if (i < 100) bench.bus.send("scene", bench.scene, bench.now);
+    bench.step();
+    answer = bench.bus.take<v1::PlanAnswer>("answer");
+  }
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->reason(), "waited in vain for the scene");
+  ASSERT_TRUE(bench.bus.call("test/do", asked, 1s));
+  answer.reset();
+  for (int i = 0; i < 2000 && !answer; ++i) {
+    bench.bus.send("scene", bench.scene, bench.now);
+    bench.step();
+    answer = bench.bus.take<v1::PlanAnswer>("answer");
+  }
+  ASSERT_TRUE(answer);
+  EXPECT_TRUE(answer->succeeded()) << answer->reason();
+}
+
+TEST(Requests, AProposalIsTestedWithoutAMotion) {
+  Clients clients;
+  const auto propose = [&](v1::Transport transport, std::uint64_t decided_ns) {
+    v1::Decision proposal;
+    proposal.set_grip(v1::GRIP_FULL);
+    proposal.set_transport(transport);
+    proposal.set_goal(v1::GOAL_LOW);
+    proposal.set_settled(true);
+    proposal.set_decided_ns(decided_ns);
+    clients.bus.send("proposal", proposal, clients.now);
+    for (int i = 0; i < 5; ++i) clients.step();
+    return clients.bus.take<v1::TaskStatus>("trial");
+  };
+  const auto below = propose(v1::TRANSPORT_BELOW, 5);
+  ASSERT_TRUE(below);
+  EXPECT_TRUE(below->plan_succeeded()) << below->reason();
+  EXPECT_EQ(below->transport(), v1::TRANSPORT_BELOW);
+  EXPECT_FALSE(propose(v1::TRANSPORT_BELOW, 5)) << "the same one is tested once";
+  const auto other = propose(v1::TRANSPORT_ABOVE, 6);
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->transport(), v1::TRANSPORT_ABOVE);
+  EXPECT_EQ(clients.abort(0), "");
+  EXPECT_EQ(clients.state(), v1::TASK_STATE_IDLE);
+  EXPECT_FALSE(clients.commanded);
+  EXPECT_FALSE(clients.bus.take<v1::PlanAnswer>("answer"));
+}
+
+TEST(Requests, WhatCannotBeIsRefusedInOneLine) {
+  Clients clients;
+  EXPECT_EQ(clients.refusal("test", {}),
+            "expected one of a task (grip, transport, goal), `to` and `home`");
+  auto both = clients.turned(0.1);
+  both.set_home(true);
+  EXPECT_EQ(clients.refusal("do", both),
+            "expected one of a task (grip, transport, goal), `to` and `home`");
+  v1::PlanRequest half;
+  half.set_grip(v1::GRIP_FULL);
+  EXPECT_EQ(clients.refusal("plan", half),
+            "a task needs grip, transport and goal, each one of proto/task.proto");
+  auto nan = clients.turned(0.1);
+  nan.mutable_to(0)->set_position_rad(3, NAN);
+  EXPECT_EQ(clients.refusal("do", nan), "to[0]: joint 4 at nan rad, expected -2.0944 .. 2.0944");
+  auto few = clients.turned(0.1);
+  few.add_via()->add_position_rad(0.5);
+  EXPECT_EQ(clients.refusal("do", few), "via[0]: 1 joints, expected 7 (lwr4)");
+  auto nowhere = clients.turned(0.1);
+  nowhere.add_via();
+  EXPECT_EQ(clients.refusal("do", nowhere), "via[0]: expected position_rad or hand_in_world_m");
+  auto late = clients.turned(0.1);
+  late.set_deadline_s(-1.0);
+  EXPECT_EQ(clients.refusal("test", late), "deadline_s: -1, expected 0 .. 3600");
+  auto from = clients.turned(0.1);
+  *from.mutable_start()->mutable_position_rad() = from.to(0).position_rad();
+  EXPECT_EQ(clients.refusal("do", from), "start: the arm starts where it is");
+  EXPECT_EQ(clients.refusal("test", from), "taken");
+  for (int i = 0; i < 40; ++i) (void)clients.ask("do", clients.turned(0.1));
+  EXPECT_EQ(clients.refusal("do", clients.turned(0.1)), "32 requests wait already");
+}
+
+TEST(Requests, ATestWaitsForTheSceneAndSaysSo) {
+  Bench bench({.upstream_s = 0.0, .ready_s = 0.5});
+  v1::PlanRequest asked;
+  asked.set_home(true);
+  ASSERT_TRUE(bench.bus.call("test/test", asked.SerializeAsString(), 1s));
+  for (int i = 0; i < 110; ++i) bench.step();
+  const auto answer = bench.bus.take<v1::PlanAnswer>("answer");
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->reason(), "waited in vain for the scene");
+}
+
 }  // namespace
 }  // namespace mimesis::planner

@@ -102,6 +102,72 @@ TEST(PlannerProcess, PlansAndMovesTheArmToTheObject) {
   EXPECT_EQ(planner.terminate(), 0);
 }
 
+v1::PlanRequest turned(double by_rad) {
+  v1::PlanRequest asked;
+  Eigen::VectorXd q = model::load_arm("lwr4.yaml").home;
+  q[0] -= by_rad;
+  asked.add_to()->mutable_position_rad()->Add(q.begin(), q.end());
+  return asked;
+}
+
+TEST(PlannerProcess, TwoClientsQueueTheirOrdersAbortAmidAMotionAndSendTheArmHome) {
+  TestGraph graph;
+  Process planner(graph, "mimesis_planner", wired());
+  ASSERT_TRUE(planner.wait_ready(graph, "planner")) << planner.errors();
+  Rest rest(graph);
+  v1::Scene scene = model::to_proto(model::load_table("bridge_table.yaml"));
+  rest.scene.send(scene, TestNode::now());
+  const Eigen::VectorXd home = rest.q;
+  TestNode one(graph, {{"answer", "planner/answer"}}, {}, "one");
+  TestNode two(graph, {{"answer", "planner/answer"}}, {}, "two");
+  runtime::Reliable<v1::PlanAnswer> heard_by_one(one.bus(), "answer"),
+      heard_by_two(two.bus(), "answer");
+  one.open();
+  two.open();
+  const auto ask = [](TestNode& client, const char* service, v1::PlanRequest asked) {
+    asked.set_client(client.bus().node());
+    v1::PlanTicket ticket;
+    const auto answer = client.bus().call(service, asked.SerializeAsString(), 10s);
+    EXPECT_TRUE(answer && ticket.ParseFromString(*answer)) << answer.error().reason;
+    return ticket.ticket();
+  };
+  std::map<std::uint64_t, v1::PlanAnswer> answers, others;
+  const auto answered = [&](std::size_t count) {
+    return rest.play([&] {
+      one.until([] { return true; }, 0ms);
+      two.until([] { return true; }, 0ms);
+      while (auto answer = heard_by_one.pop()) answers[answer->ticket()] = *answer;
+      while (auto answer = heard_by_two.pop()) others[answer->ticket()] = *answer;
+      return answers.size() >= count && others.size() >= count;
+    });
+  };
+  EXPECT_EQ(ask(one, "planner/do", turned(0.5)), 1U);
+  EXPECT_EQ(ask(two, "planner/do", turned(1.2)), 2U);
+  EXPECT_EQ(ask(two, "planner/test", turned(0.7)), 3U);
+  ASSERT_TRUE(answered(3)) << planner.errors();
+  EXPECT_TRUE(answers[1].succeeded()) << answers[1].reason();
+  EXPECT_TRUE(answers[2].succeeded()) << answers[2].reason();
+  EXPECT_TRUE(answers[3].succeeded()) << answers[3].reason();
+  EXPECT_EQ(answers[1].client(), "one");
+  EXPECT_EQ(others[2].client(), "two");
+  EXPECT_NEAR(rest.q[0], home[0] - 1.2, 1e-9);
+
+  EXPECT_EQ(ask(one, "planner/do", turned(-0.1)), 4U);
+  EXPECT_EQ(ask(two, "planner/do", turned(0.5)), 5U);
+  ASSERT_TRUE(rest.play([&] { return rest.q[0] > home[0] - 0.8; })) << planner.errors();
+  EXPECT_TRUE(two.bus().call("planner/abort", "", 10s));
+  ASSERT_TRUE(answered(5)) << planner.errors();
+  EXPECT_EQ(answers[4].reason(), "aborted");
+  EXPECT_EQ(answers[5].reason(), "aborted");
+  EXPECT_LT(rest.q[0], home[0] - 0.1) << "it braked amid the motion";
+
+  EXPECT_TRUE(one.bus().call("planner/home", "", 10s));
+  ASSERT_TRUE(answered(6)) << planner.errors();
+  EXPECT_TRUE(answers[6].succeeded()) << answers[6].reason();
+  EXPECT_LT((rest.q - home).norm(), 1e-9);
+  EXPECT_EQ(planner.terminate(), 0);
+}
+
 TEST(PlannerProcess, AnUnreachableGoalFailsWithItsReason) {
   TestGraph graph;
   Process planner(graph, "mimesis_planner", wired());

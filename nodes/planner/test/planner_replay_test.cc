@@ -100,6 +100,55 @@ TEST(PlannerNode, ReplayedGivesTheSameBytesWithoutAThread) {
   EXPECT_TRUE(tape.at_end());
 }
 
+/// Tests with deadlines that are met, and one that is not; each waits for the thread.
+std::vector<Outputs> run_requests(testing::OutsideTape& tape) {
+  const auto threads = threads_of_this_process();
+  testing::Loopback graph({.lockstep = false, .outside = &tape});
+  PlannerNode node({.upstream_s = 0.0}, graph);
+  Robot robot;
+  graph.send("scene", model::to_proto(model::load_table("bridge_table.yaml")), 10s);
+  v1::PlanRequest asked;
+  asked.set_grip(v1::GRIP_PRECISION);
+  asked.set_transport(v1::TRANSPORT_ABOVE);
+  asked.set_goal(v1::GOAL_HIGH);
+  for (const double deadline_s : {600.0, 1e-4, 600.0, 0.02}) {
+    asked.set_deadline_s(deadline_s);
+    EXPECT_TRUE(graph.call("test/plan", asked.SerializeAsString(), {}));
+  }
+  std::vector<Outputs> steps;
+  for (int answers = 0; answers < 4 && steps.size() < 100'000;) {
+    const runtime::Time now = 10s + 5ms * steps.size();
+    robot.send_states(graph, now);
+    node.step(now);
+    steps.push_back(graph.take_all());
+    answers += static_cast<int>(steps.back()["answer"].size());
+    while (steps.size() % 10 == 0 && threads_of_this_process() > threads) continue;
+  }
+  return steps;
+}
+
+TEST(PlannerNode, DeadlinesOfRequestsAreReplayed) {
+  testing::OutsideTape tape;
+  const std::vector<Outputs> live = run_requests(tape);
+  std::vector<v1::PlanAnswer> answers;
+  for (const Outputs& step : live) {
+    const auto given = step.find("answer");
+    if (given == step.end()) continue;
+    for (const std::string& bytes : given->second) {
+      ASSERT_TRUE(answers.emplace_back().ParseFromString(bytes));
+    }
+  }
+  ASSERT_EQ(answers.size(), 4u);
+  EXPECT_TRUE(answers[0].succeeded()) << answers[0].reason();
+  EXPECT_EQ(answers[1].reason(), "no plan within the deadline of 0.0001 s");
+  EXPECT_TRUE(answers[2].succeeded()) << answers[2].reason();
+
+  tape.rewind();
+  EXPECT_EQ(run_requests(tape), live);
+  EXPECT_EQ(tape.problem(), "");
+  EXPECT_TRUE(tape.at_end());
+}
+
 TEST(Job, TakesReadinessFromTheRecordAndReportsAnother) {
   testing::OutsideTape tape;
   tape.entries() = {{"job", {'\0'}, false}, {"job", {'\1'}, false}, {"can", {'\1'}, false}};

@@ -44,7 +44,8 @@ class Trial {
 
   void step() {
     sequence.step({decided ? &decision : nullptr, has_table ? &table : nullptr,
-                   has_arm ? &arm : nullptr, has_hand ? &hand : nullptr, missing, periods});
+                   has_arm ? &arm : nullptr, has_hand ? &hand : nullptr, missing, periods,
+                   std::exchange(abort, false)});
     if (const auto request = sequence.take_request()) {
       requests.push_back(*request);
       if (answer) sequence.set_plan(answer());
@@ -65,12 +66,12 @@ class Trial {
   }
 
   TaskSequence sequence;
-  DecidedTask decision;
+  Order decision{Task{}};
   kin::Table table;
   ArmReading arm;
   HandReading hand;
   bool decided = true, has_table = true, has_arm = true, has_hand = true, follows = true;
-  bool object_there = true;
+  bool object_there = true, abort = false;
   std::string missing;
   int periods = 1;
   std::function<tl::expected<TaskPlan, Status>()> answer = [] { return small_plan(); };
@@ -381,6 +382,119 @@ TEST(TaskSequence, WaitsForTheArmToBeArmedAndPlansFromWhereItSagged) {
   trial.step();
   ASSERT_EQ(trial.requests.size(), 2u);
   EXPECT_EQ(trial.requests[1].start, both(-0.1));
+}
+
+TEST(TaskSequence, AbortedItBrakesOnItsPathAndHolds) {
+  Trial trial;
+  trial.until_phase(Phase::reach);
+  for (int i = 0; i < 60; ++i) trial.step();  // 0.3 s: at full speed
+  const double from = trial.arm.q[0];
+  trial.abort = true;
+  double fastest = 0.0, last = from;
+  trial.until([&] {
+    fastest = std::max(fastest, trial.arm.q[0] - last);
+    last = trial.arm.q[0];
+    return trial.sequence.at_rest();
+  });
+  EXPECT_EQ(trial.sequence.state(), State::failed);
+  EXPECT_EQ(trial.sequence.reason(), "aborted");
+  EXPECT_LE(fastest, 1.01 * 0.005) << "1 rad/s";
+  EXPECT_NEAR(trial.arm.q[0] - from, 0.125, 0.02) << "v^2 / 2a, not to the end of the motion";
+  EXPECT_EQ(trial.arm.q[0], trial.arm.q[1]) << "on the path";
+  const Eigen::VectorXd held = trial.arm.q;
+  for (int i = 0; i < 100; ++i) trial.step();
+  EXPECT_EQ(trial.arm.q, held);
+  ASSERT_TRUE(trial.sequence.set_point());
+  EXPECT_EQ(trial.requests.size(), 1u) << "the same decision does not start again";
+  trial.decision.id = 8;
+  trial.step();
+  EXPECT_EQ(trial.requests.size(), 2u);
+}
+
+TEST(TaskSequence, AbortedAtRestItEndsAtOnce) {
+  Trial planning;
+  planning.answer = nullptr;
+  planning.step();
+  planning.abort = true;
+  planning.step();
+  EXPECT_EQ(planning.sequence.reason(), "aborted");
+  planning.sequence.set_plan(small_plan());
+  planning.step();
+  EXPECT_EQ(planning.sequence.state(), State::failed) << "a late plan starts nothing";
+
+  Trial grasping;
+  grasping.until_phase(Phase::grasp);
+  grasping.abort = true;
+  grasping.step();
+  EXPECT_EQ(grasping.sequence.reason(), "aborted");
+  grasping.abort = true;
+  grasping.step();
+  EXPECT_EQ(grasping.sequence.state(), State::failed);
+}
+
+TaskPlan small_move() {
+  TaskPlan plan;
+  plan.motions = {motion(Phase::reach, 0.0, 1.0), motion(Phase::reach, 1.0, 0.5)};
+  plan.passed = {0, 1};
+  return plan;
+}
+
+TEST(TaskSequence, AMoveLeavesTheHandAsItIs) {
+  Trial trial;
+  trial.decision.what = Move{{{both(1.0)}}, {{both(0.5)}}};
+  trial.answer = [] { return small_move(); };
+  trial.hand.closure = 0.7;
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::done) << trial.sequence.reason();
+  EXPECT_FALSE(trial.sequence.hand_order());
+  EXPECT_EQ(trial.hand.closure, 0.7);
+  EXPECT_EQ(trial.arm.q, both(0.5));
+  EXPECT_EQ(trial.phases, std::vector{Phase::reach});
+  EXPECT_EQ(trial.sequence.task(), nullptr);
+
+  trial.decision.id = 8;
+  trial.answer = [] { return TaskPlan{}; };
+  for (int i = 0; i < 3; ++i) trial.step();
+  EXPECT_EQ(trial.sequence.order_id(), 8u);
+  EXPECT_EQ(trial.sequence.state(), State::done) << "it is there already";
+}
+
+TEST(TaskSequence, AMovePlannedAgainLeavesOutWhatItHasPassed) {
+  Trial trial;
+  trial.decision.what = Move{{{both(1.0)}}, {{both(0.5)}}};
+  trial.answer = [] { return small_move(); };
+  trial.until([&] { return trial.sequence.started_motion() == 1u; });
+  trial.table.object.y() = 0.1;
+  trial.answer = nullptr;
+  trial.until([&] { return trial.requests.size() == 2; });
+  ASSERT_EQ(trial.requests.size(), 2u);
+  EXPECT_EQ(std::get<Move>(trial.requests[0].what).via.size(), 1u);
+  EXPECT_EQ(std::get<Move>(trial.requests[1].what).via.size(), 0u);
+}
+
+TEST(TaskSequence, AMoveCarriesWhatTheHandHolds) {
+  Trial trial;
+  const std::vector<kin::Ball> held{{{0.0, 0.0, 0.01}, 0.03}};
+  trial.answer = [&held] {
+    TaskPlan plan = small_plan();
+    for (std::size_t i : {2, 3}) plan.motions[i].obstacles.held = held;
+    return plan;
+  };
+  trial.until_phase(Phase::transport);
+  trial.abort = true;
+  trial.until_rest();
+  trial.decision = {Move{{}, {{both(0.0)}}}, 9};
+  trial.answer = nullptr;
+  trial.step();
+  ASSERT_EQ(trial.requests.size(), 2u);
+  ASSERT_EQ(trial.requests[1].held.size(), 1u);
+  EXPECT_EQ(trial.requests[1].held[0].radius, 0.03);
+
+  Trial unknown;  // it holds something, but since when?
+  unknown.decision.what = Move{{}, {{both(0.5)}}};
+  unknown.hand.object_detected = true;
+  unknown.step();
+  EXPECT_EQ(unknown.sequence.reason(), "the hand holds an object of unknown size");
 }
 
 }  // namespace

@@ -93,6 +93,85 @@ TEST(TimeOptimal, IsSlowWhereItCouldNotBeStoppedElse) {
   EXPECT_FALSE(time_optimal(path, one(1.0), one(2.0), kPeriod, [](const Stops&) { return false; }));
 }
 
+/// Duration of the fastest motion over L from rest to rest: up to seven segments of constant jerk.
+double seven_segments(double L, double v, double a, double j) {
+  const double reaches_a = 2.0 * a * a * a / (j * j);  // least L at which a is reached
+  if (v * j < a * a)                                   // v is reached before a
+    return L >= 2.0 * v * std::sqrt(v / j) ? L / v + 2.0 * std::sqrt(v / j)
+                                           : 4.0 * std::cbrt(L / (2.0 * j));
+  if (L >= v * (v / a + a / j)) return L / v + v / a + a / j;
+  if (L < reaches_a) return 4.0 * std::cbrt(L / (2.0 * j));
+  return a / j + std::sqrt(a * a / (j * j) + 4.0 * L / a);
+}
+
+TEST(JerkLimited, IsTheProfileOfSevenSegmentsOnALine) {
+  std::mt19937 random(11);
+  const auto draw = [&](double lo, double hi) {
+    return std::exp(std::uniform_real_distribution(std::log(lo), std::log(hi))(random));
+  };
+  double sum = 0.0;
+  constexpr int kLines = 60;
+  for (int i = 0; i < kLines; ++i) {
+    const double L = draw(0.01, 5.0), v = draw(0.3, 5.0), a = draw(1.0, 20.0),
+                 j = a * draw(3.0, 50.0);
+    const double took = time_optimal(line(L), one(v), one(a), kPeriod, one(j)).duration_s();
+    const double least = seven_segments(L, v, a, j);
+    EXPECT_GT(took, 0.985 * least) << L << " " << v << " " << a << " " << j;
+    EXPECT_LT(took, 1.2 * least + 2.0 * kPeriod) << L << " " << v << " " << a << " " << j;
+    sum += took / least;
+  }
+  EXPECT_LT(sum / kLines, 1.07);
+}
+
+TEST(JerkLimited, DifferencesKeepAllLimitsOnRandomPaths) {
+  for (unsigned seed = 0; seed < 24; ++seed) {
+    std::mt19937 random(seed);
+    const auto draw = [&](double lo, double hi) {
+      return std::uniform_real_distribution(lo, hi)(random);
+    };
+    const int n = 1 + static_cast<int>(seed % 7);
+    std::vector<Eigen::VectorXd> waypoints;
+    for (unsigned i = 0; i < 2 + seed % 5; ++i) {
+      waypoints.emplace_back(n);
+      for (double& q : waypoints.back()) q = draw(-1.5, 1.5);
+    }
+    Eigen::VectorXd v(n), a(n), j(n);
+    for (int k = 0; k < n; ++k) {
+      v[k] = draw(0.5, 3.0), a[k] = draw(3.0, 15.0), j[k] = a[k] / draw(0.02, 0.3);
+    }
+    const SmoothPath path(waypoints, draw(0.05, 0.3), seed % 6 == 5 ? kNever : kAlways);
+    // Some parts of the way must be slow.
+    const double slow = draw(0.2, 1.0), from = draw(-1.0, 1.0);
+    const auto may = [&](const Stops& stops) {
+      return stops.q0[0] < from || stops.q0[0] > from + 0.3 ||
+             stops.v0.cwiseAbs().cwiseMax(stops.v1.cwiseAbs()).maxCoeff() <= slow;
+    };
+    const auto motion = time_optimal(path, v, a, kPeriod, may, 0.0, j);
+    ASSERT_TRUE(motion);
+    const auto q = [&](Eigen::Index k) {
+      return motion->position.col(std::clamp(k, Eigen::Index{0}, motion->samples() - 1));
+    };
+    for (Eigen::Index k = -3; k < motion->samples() + 2; ++k) {
+      const auto share = [&](const Eigen::VectorXd& d, const Eigen::VectorXd& most, int power) {
+        return d.cwiseAbs().cwiseQuotient(most).maxCoeff() / std::pow(kPeriod, power);
+      };
+      ASSERT_LE(share(q(k + 1) - q(k), v, 1), 1.011) << seed << " " << k;
+      ASSERT_LE(share(q(k + 1) - 2.0 * q(k) + q(k - 1), a, 2), 1.021) << seed << " " << k;
+      ASSERT_LE(share(q(k + 2) - 3.0 * q(k + 1) + 3.0 * q(k) - q(k - 1), j, 3), 1.031)
+          << seed << " " << k;
+    }
+    // It stays stoppable: no sample is faster than what was allowed there.
+    for (Eigen::Index k = 1; k + 1 < motion->samples(); ++k) {
+      const bool inside = q(k)[0] > from + 0.02 && q(k)[0] < from + 0.28;
+      if (inside) {
+        ASSERT_LE(motion->velocity.col(k).cwiseAbs().maxCoeff(), 1.02 * slow) << seed << " " << k;
+      }
+    }
+    EXPECT_EQ(motion->position.leftCols(1), waypoints.front());
+    EXPECT_EQ(motion->position.rightCols(1), waypoints.back());
+  }
+}
+
 TEST(SmoothPath, IsContinuousInTangentAndCurvature) {
   const SmoothPath path(zigzag(3, 6), 0.2, kAlways);
   EXPECT_EQ(path.stops().size(), 2u);

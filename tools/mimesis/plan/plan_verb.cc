@@ -16,7 +16,8 @@
 #include "common/plot/gnuplot.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
-#include "nodes/planner/task_plan.h"
+#include "nodes/planner/move_plan.h"
+#include "nodes/planner/roadmap_file.h"
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/plan/plan_file.h"
@@ -31,14 +32,13 @@ using Json = nlohmann::ordered_json;
 using planner::PlannedMotion;
 
 constexpr int kDone = 0, kFailed = 1;
-constexpr int kIkAttempts = 60;
 constexpr double kBrakes = 0.95;  // share of the accelerations with which the planner brakes
 
 struct PlanOptions {
-  std::string scene, robot = "lwr4.yaml", start;
-  std::vector<std::string> goals, task;
+  std::string scene, robot = "lwr4.yaml", roadmap, start;
+  std::vector<std::string> via, goals, task;
   std::vector<double> hand_m;
-  double margin_m = 0.002, speed = 0.6;
+  double margin_m = 0.002, speed = 0.6, deadline_s = 0.0;
   std::uint64_t seed = 1;
   std::string out, plot_dir, scene_log;
   bool json = false;
@@ -50,9 +50,8 @@ struct Plan {
   double length_rad = 0.0;
 };
 
-/// "0.1,-0.5,..." as a posture within the limits of the arm.
-Eigen::VectorXd posture(const kin::ArmModel& arm, const std::string& what,
-                        const std::string& text) {
+/// "0.1,-0.5,..."
+std::vector<double> numbers_of(const std::string& what, const std::string& text) {
   std::vector<double> values;
   std::istringstream in(text);
   for (std::string word; std::getline(in, word, ',');) {
@@ -60,6 +59,13 @@ Eigen::VectorXd posture(const kin::ArmModel& arm, const std::string& what,
     if (!value) throw ConfigError(what + ": expected numbers and commas, found '" + word + "'");
     values.push_back(*value);
   }
+  return values;
+}
+
+/// A posture within the limits of the arm.
+Eigen::VectorXd posture(const kin::ArmModel& arm, const std::string& what,
+                        const std::string& text) {
+  const std::vector<double> values = numbers_of(what, text);
   if (std::ssize(values) != arm.dof()) {
     throw ConfigError(fmt::format("{}: {} numbers, expected {}, one for each joint of {}", what,
                                   values.size(), arm.dof(), arm.name));
@@ -87,28 +93,62 @@ planner::Task task_of(const std::vector<std::string>& words, const kin::Table& t
           words[2]};
 }
 
-tl::expected<Plan, Status> plan_motion(const PlanOptions& o, const kin::ArmModel& arm,
-                                       const kin::Table& table, const Eigen::VectorXd& start,
-                                       const planner::TaskSettings& settings) {
-  std::vector<Eigen::VectorXd> goals;
-  for (const std::string& goal : o.goals) goals.push_back(posture(arm, "--goal", goal));
-  if (!o.hand_m.empty()) {
-    goals = kin::solve_ik_anywhere(arm, {Eigen::Vector3d::Map(o.hand_m.data()), {}}, kIkAttempts,
-                                   o.seed);
-    if (goals.empty()) return tl::unexpected(Status{"no posture reaches --hand"});
+/// A posture, or "hand:X,Y,Z".
+planner::Place place(const kin::ArmModel& arm, const std::string& what, const std::string& text) {
+  constexpr std::string_view kHand = "hand:";
+  if (!text.starts_with(kHand)) return {posture(arm, what, text)};
+  const auto values = numbers_of(what, text.substr(kHand.size()));
+  if (values.size() != 3) throw ConfigError(what + ": expected hand:X,Y,Z in m");
+  return {{}, Eigen::Vector3d::Map(values.data())};
+}
+
+planner::Move move_of(const PlanOptions& o, const kin::ArmModel& arm) {
+  planner::Move move;
+  for (const std::string& via : o.via) move.via.push_back(place(arm, "--via", via));
+  for (const std::string& goal : o.goals) move.goals.push_back({posture(arm, "--goal", goal)});
+  if (!o.hand_m.empty()) move.goals.push_back({{}, Eigen::Vector3d::Map(o.hand_m.data())});
+  return move;
+}
+
+/// The waypoints of the motions: corners between lines, rounded or not.
+std::vector<Eigen::VectorXd> waypoints(const std::vector<PlannedMotion>& motions) {
+  std::vector<Eigen::VectorXd> points{motions.front().curves.front().col(0)};
+  for (const PlannedMotion& motion : motions) {
+    for (std::size_t i = 0; i < motion.curves.size(); ++i) {
+      const Eigen::MatrixXd& curve = motion.curves[i];
+      const bool ends = i + 1 == motion.curves.size() || motion.curves[i + 1].cols() == 2;
+      if (curve.cols() > 2) points.emplace_back(curve.col(2));
+      if (curve.cols() == 2 && ends) points.emplace_back(curve.rightCols(1));
+    }
   }
-  const planner::Obstacles obstacles{table.balls, table.boxes, {}, {}};
-  planner::CollisionChecker checker(arm, obstacles, settings.margin_m);
-  auto found = planner::find_path({}, checker, start, goals, {}, settings.search);
-  if (!found) return tl::unexpected(found.error());
-  Plan plan{{}, found->waypoints, planner::path_length(found->waypoints)};
-  if (plan.length_rad < 1e-9) return tl::unexpected(Status{"the arm is at the goal already"});
-  auto motion = planner::timed_motion(arm, planner::Phase::reach, found->waypoints, obstacles,
-                                      settings.speed, settings);
-  if (!motion)
-    return tl::unexpected(Status{"the motion cannot be stopped without touching something"});
-  plan.motions.push_back(std::move(*motion));
-  return plan;
+  return points;
+}
+
+tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel& arm,
+                                      const planner::PlanRequest& request,
+                                      planner::TaskSettings settings) {
+  const bool task = std::holds_alternative<planner::Task>(request.what);
+  const auto stored =
+      o.roadmap.empty()
+          ? nullptr
+          : std::make_shared<const planner::Roadmap>(planner::load_roadmap(o.roadmap, arm));
+  const auto end = std::chrono::steady_clock::now() + from_seconds(o.deadline_s);
+  if (o.deadline_s > 0.0)
+    settings.search.stop = [end] { return std::chrono::steady_clock::now() >= end; };
+  std::shared_ptr<const planner::Roadmap> roadmap;
+  if (stored) {
+    roadmap = refreshed_roadmap(stored, arm, request.table, settings);
+  } else {
+    roadmap = std::make_shared<const planner::Roadmap>(
+        task ? prepare_roadmap(arm, request.table, settings) : planner::Roadmap{});
+  }
+  auto plan = plan_request(arm, *roadmap, request, settings);
+  if (!plan && o.deadline_s > 0.0 && settings.search.stop())
+    return tl::unexpected(Status{fmt::format("no plan within {:g} ms", 1e3 * o.deadline_s)});
+  if (!plan) return tl::unexpected(plan.error());
+  if (plan->motions.empty()) return tl::unexpected(Status{"the arm is at the goal already"});
+  auto path = task ? std::vector<Eigen::VectorXd>{} : waypoints(plan->motions);
+  return Plan{std::move(plan->motions), std::move(path), plan->path_length_rad};
 }
 
 const char* name_of(planner::Phase phase) {
@@ -245,14 +285,12 @@ int plan_and_print(const PlanOptions& o) {
   settings.period_s = 1.0 / arm.rate_hz;
   settings.search.seed = settings.roadmap.seed = o.seed;
 
+  if (!o.task.empty() && !o.via.empty()) throw ConfigError("--via: a task has a way of its own");
+  planner::PlanRequest request{table, start, move_of(o, arm)};
+  if (!o.task.empty()) request.what = task_of(o.task, table);
+
   const auto begin = std::chrono::steady_clock::now();
-  const auto plan = [&]() -> tl::expected<Plan, Status> {
-    if (o.task.empty()) return plan_motion(o, arm, table, start, settings);
-    const auto roadmap = planner::prepare_roadmap(arm, table, settings);
-    auto task = planner::plan_task(arm, table, roadmap, start, task_of(o.task, table), settings);
-    if (!task) return tl::unexpected(task.error());
-    return Plan{std::move(task->motions), {}, task->path_length_rad};
-  }();
+  const auto plan = plan_asked(o, arm, request, settings);
   const double planning_s = to_seconds(std::chrono::steady_clock::now() - begin);
   Json report{{"planned", plan.has_value()}, {"planning_s", planning_s}};
   if (!plan) {
@@ -311,6 +349,10 @@ void add_plan(CLI::App& program, int& exit_code) {
   verb->add_option("--hand", o->hand_m, "Or: place of the hand in m")
       ->expected(3)
       ->type_name("X Y Z");
+  verb->add_option("--via", o->via,
+                   "Place where the motion rests on its way: posture, or place of the hand "
+                   "(repeatable, in this order)")
+      ->type_name("Q,Q,..|hand:X,Y,Z");
   verb->add_option("--task", o->task,
                    "Or: bring the object to a goal of the scene: precision|full above|below GOAL")
       ->expected(3)
@@ -319,6 +361,11 @@ void add_plan(CLI::App& program, int& exit_code) {
       ->check(number_not_below_zero);
   verb->add_option("--speed", o->speed, "Share of the arm's speeds and accelerations [0.6]")
       ->check(CLI::Range(0.05, 0.95));
+  verb->add_option("--roadmap", o->roadmap, "Roadmap that `mimesis plan roadmap` stored");
+  verb->add_option_function<double>(
+          "--deadline-ms", [o](double ms) { o->deadline_s = 1e-3 * ms; },
+          "No plan is better than a late one")
+      ->check(number_not_below_zero);
   verb->add_option("--seed", o->seed, "Another one finds another path [1]");
   verb->add_option("-o,--out", o->out, "Write the plan, every instant with its stops, to this file")
       ->type_name("FILE");
@@ -330,11 +377,13 @@ void add_plan(CLI::App& program, int& exit_code) {
                  "One object: planned, planning_s, reason or motions, length_rad, duration_s, "
                  "path_rad, plots");
   verb->footer(
-      "`mimesis plan verify FILE` proves a written plan again, by other means.\n"
+      "`mimesis plan verify FILE` proves a written plan again, by other means; `mimesis plan "
+      "roadmap ROBOT` stores a roadmap.\n"
       "Exit codes: 0 done, 1 no plan, 2 usage or a file that is wrong.\n"
       "Examples:\n"
       "  mimesis plan bridge_table.yaml --hand 0.6 0.1 0.6\n"
       "  mimesis plan planar16.yaml --robot planar2.yaml --start=-0.3,-0.2 --goal 0.92,1.42\n"
+      "  mimesis plan bridge_table.yaml --via hand:0.4,0.4,0.6 --hand 0.6 -0.3 0.5\n"
       "  mimesis plan bridge_table.yaml --task precision above high -o plan.yaml --scene "
       "plan.mcap\n"
       "  mimesis plan verify plan.yaml");

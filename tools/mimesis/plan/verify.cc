@@ -316,6 +316,7 @@ class Verifier {
                            vector(instants[k + 1].position_rad),
                            vector(instants[k + 1].velocity_rad_s), h);
     }
+    check_jerk(motion);
     std::string why;
     for (std::size_t k = 0; k < instants.size(); ++k) {
       ++verdict_.instants;
@@ -358,6 +359,26 @@ class Verifier {
                             arm_.a_max[j]));
       if (std::abs(step[j] - 0.5 * h * (v[j] + v1[j])) > 0.25 * h * h * arm_.a_max[j] + kRounding)
         find(k, fmt::format("the velocity of joint {} is not that of its positions", j));
+    }
+  }
+
+  /// The jerk of each joint, by third differences; the arm rests before and behind the motion.
+  void check_jerk(const PlanMotion& motion) {
+    const auto count = static_cast<Index>(motion.instants.size());
+    for (Index j = 0; j < arm_.j_max.size(); ++j) {
+      const auto q = [&](Index k) {
+        const auto at = static_cast<std::size_t>(std::clamp(k, Index{0}, count - 1));
+        return motion.instants[at].position_rad[static_cast<std::size_t>(j)];
+      };
+      for (Index k = -2; k < count; ++k) {
+        const double jerk = std::abs(q(k + 2) - 3.0 * q(k + 1) + 3.0 * q(k) - q(k - 1)) /
+                            std::pow(plan_.period_s, 3);
+        if (jerk <= arm_.j_max[j]) continue;
+        find(static_cast<std::size_t>(std::max(k, Index{0})),
+             fmt::format("joint {} has a jerk of {:.1f} rad/s³, expected {:.1f} at most", j, jerk,
+                         arm_.j_max[j]));
+        break;
+      }
     }
   }
 

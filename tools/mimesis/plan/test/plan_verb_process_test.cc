@@ -345,6 +345,38 @@ TEST(PlanVerb, TakesAnArmOnARail) {
   EXPECT_FALSE(verify_plan(stuck, rail).findings.empty());
 }
 
+TEST(PlanVerb, GoesThroughTheFirstPlacesAndKeepsItsDeadline) {
+  const std::string via = "--via=0.3,1.2";
+  std::vector<std::string> words = kPlanar;
+  words.insert(words.end(), {via, "--json"});
+  const Ran r = run(words);
+  ASSERT_EQ(r.code, 0) << r.errors;
+  const json report = json::parse(r.output);
+  ASSERT_EQ(report["motions"].size(), 2U);
+  EXPECT_EQ(report["motions"][0]["end_rad"], json({0.3, 1.2}));
+  EXPECT_EQ(report["motions"][1]["end_rad"], json({0.92, 1.42}));
+
+  const Ran late =
+      run({"bridge_table.yaml", "--task", "full", "below", "low", "--deadline-ms", "0.01"});
+  EXPECT_EQ(late.code, 1);
+  EXPECT_EQ(late.errors, "plan: no plan within 0.01 ms\n");
+}
+
+TEST(PlanVerb, StoresARoadmapAndUsesItUntilTheArmChanges) {
+  const std::string file = folder() / "lwr4.roadmap";
+  const Ran stored = run({"roadmap", "lwr4.yaml", "-o", file, "--nodes", "500", "--json"});
+  ASSERT_EQ(stored.code, 0) << stored.errors;
+  EXPECT_EQ(json::parse(stored.output)["nodes"], 500);
+  const Ran used = run({"bridge_table.yaml", "--roadmap", file, "--task", "full", "below", "low"});
+  EXPECT_EQ(used.code, 0) << used.errors;
+  const Ran other = run({"bridge_table.yaml", "--robot", "rx90.yaml", "--roadmap", file, "--hand",
+                         "0.4", "0.4", "0.6"});
+  EXPECT_EQ(other.code, 2);
+  EXPECT_NE(other.errors.find("made for another arm, or the file of 'rx90' has changed"),
+            std::string::npos)
+      << other.errors;
+}
+
 TEST(PlanVerb, GivesReasonsInOneLine) {
   const auto says = [](std::vector<std::string> words, int code, const std::string& what) {
     const Ran r = run(std::move(words));
@@ -362,7 +394,7 @@ TEST(PlanVerb, GivesReasonsInOneLine) {
   says(planar("-0.3,-0.2", "0.5,2.8"), 2, "--goal: joint 1 at 2.8 rad, expected -2.7053 .. 2.7053");
   says(planar("-0.3,-0.2", "0.5"), 2, "--goal: 1 numbers, expected 2, one for each joint");
   says(planar("nan,0", "0.5,0"), 2, "--start: expected numbers and commas, found 'nan'");
-  says({"bridge_table.yaml", "--hand", "3", "0", "0"}, 1, "no posture reaches --hand");
+  says({"bridge_table.yaml", "--hand", "3", "0", "0"}, 1, "no posture reaches the goal");
   says({"bridge_table.yaml"}, 2, "expected one of --goal, --hand and --task");
   says({"bridge_table.yaml", "--task", "precision", "round", "high"}, 2, "expected above or below");
   says({"planar16.yaml", "--task", "full", "below", "low"}, 2, "no bridge");

@@ -1,0 +1,157 @@
+#include "nodes/planner/move_plan.h"
+
+#include <fmt/format.h>
+
+namespace mimesis::planner {
+namespace {
+
+using Way = std::vector<Eigen::VectorXd>;
+
+constexpr double kStraight_m = 0.01;  // step of straight hand motions
+constexpr int kMostLegs = 40;         // searched, with those that other postures repeat
+
+class MovePlanner {
+ public:
+  MovePlanner(const kin::ArmModel& arm, const Roadmap& roadmap, const PlanRequest& request,
+              const TaskSettings& settings)
+      : arm_(arm),
+        roadmap_(roadmap),
+        settings_(settings),
+        held_(!request.held.empty()),
+        around_(obstacles(request, false)),
+        leaving_(obstacles(request, true)),
+        checker_(arm, around_, settings.margin_m) {}
+
+  tl::expected<TaskPlan, Status> plan(const Move& move, Eigen::VectorXd start) {
+    for (std::size_t i = 0; i <= move.via.size(); ++i) {
+      const bool last = i == move.via.size();
+      const std::string what = last ? "the goal" : fmt::format("place {} of the way", i + 1);
+      Way fitting;
+      for (const Place& place : last ? move.goals : std::vector{move.via[i]}) {
+        const Way some = postures(place);
+        fitting.insert(fitting.end(), some.begin(), some.end());
+      }
+      if (fitting.empty()) return tl::unexpected(Status{"no posture reaches " + what});
+      places_.push_back({what, std::move(fitting)});
+    }
+    TaskPlan plan;
+    plan.roadmap_nodes = static_cast<int>(roadmap_.nodes.cols());
+    if (const auto left = leave(start)) {
+      start = left->back();
+      if (!add(plan, *left, leaving_, settings_.contact_speed))
+        return tl::unexpected(Status{kUnstoppable});
+    }
+    const auto legs = through(start, 0);
+    if (!legs) return tl::unexpected(legs.error());
+    for (const Way& leg : *legs) {
+      if (!add(plan, leg, around_, settings_.speed)) return tl::unexpected(Status{kUnstoppable});
+      plan.passed.resize(plan.motions.size(), passed_);
+      ++passed_;
+    }
+    return plan;
+  }
+
+ private:
+  static constexpr const char* kUnstoppable =
+      "a motion cannot be stopped without touching something";
+  struct Candidates {
+    std::string what;
+    Way postures;
+  };
+
+  static Obstacles obstacles(const PlanRequest& request, bool leaving) {
+    const kin::Table& table = request.table;
+    Obstacles all{table.balls, table.boxes, request.held, {}};
+    if (!request.held.empty()) {
+      if (leaving) all.boxes.swap(all.supports);
+    } else if (table.object_radius > 0.0 && !leaving) {
+      const auto object = cylinder_balls(table.object, table.object_radius, table.object_height);
+      all.balls.insert(all.balls.end(), object.begin(), object.end());
+    }
+    return all;
+  }
+
+  Way postures(const Place& place) const {
+    if (place.q.size() > 0) return {place.q};
+    return kin::solve_ik_anywhere(arm_, {place.hand, {}}, settings_.ik_attempts,
+                                  settings_.roadmap.seed);
+  }
+
+  /// Straight away from what the arm touches at `start`; empty if it touches nothing, or there is
+  /// no such way.
+  std::optional<Way> leave(const Eigen::VectorXd& start) {
+    if (checker_.free(start)) return std::nullopt;
+    const Eigen::Vector3d by =
+        held_ ? Eigen::Vector3d(0.0, 0.0, settings_.lift_m)
+              : Eigen::Vector3d(-settings_.approach_m *
+                                kin::end_effector(arm_, start).linear().col(2));
+    auto way = straight_way(arm_, start, moved_hand(arm_, start, by), kStraight_m);
+    if (!way || !checker_.free(way->back())) return std::nullopt;
+    CollisionChecker leaving(arm_, leaving_, settings_.margin_m);
+    for (std::size_t i = 1; i < way->size(); ++i) {
+      if (!leaving.certify((*way)[i - 1], (*way)[i])) return std::nullopt;
+    }
+    return way;
+  }
+
+  /// The legs from `from` to place `index` and on to the last.
+  tl::expected<std::vector<Way>, Status> through(const Eigen::VectorXd& from, std::size_t index) {
+    Way open = places_[index].postures;
+    Status failure{"to " + places_[index].what + ": no path within the allowed effort"};
+    bool found = false;
+    while (!open.empty() && legs_++ < kMostLegs) {
+      auto leg = find_path(roadmap_, checker_, from, open, {}, settings_.search);
+      if (!leg) {
+        if (!found) failure = {"to " + places_[index].what + ": " + leg.error().reason};
+        break;
+      }
+      found = true;
+      if (index + 1 == places_.size()) return std::vector<Way>{std::move(leg->waypoints)};
+      auto rest = through(leg->waypoints.back(), index + 1);
+      if (rest) {
+        rest->insert(rest->begin(), std::move(leg->waypoints));
+        return rest;
+      }
+      failure = rest.error();
+      open.erase(open.begin() + leg->goal);
+    }
+    return tl::unexpected(failure);
+  }
+
+  bool add(TaskPlan& plan, const Way& way, const Obstacles& obstacles, double speed) const {
+    if (path_length(way) < 1e-9) return true;
+    auto motion = timed_motion(arm_, Phase::reach, way, obstacles, speed, settings_);
+    if (!motion) return false;
+    plan.path_length_rad += motion->length_rad;
+    plan.motions.push_back(std::move(*motion));
+    return true;
+  }
+
+  const kin::ArmModel& arm_;
+  const Roadmap& roadmap_;
+  const TaskSettings& settings_;
+  bool held_;
+  Obstacles around_, leaving_;
+  CollisionChecker checker_;
+  std::vector<Candidates> places_;
+  int legs_ = 0;
+  std::size_t passed_ = 0;  // places
+};
+
+}  // namespace
+
+tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap& roadmap,
+                                         const PlanRequest& request, const TaskSettings& settings) {
+  return MovePlanner(arm, roadmap, request, settings)
+      .plan(std::get<Move>(request.what), request.start);
+}
+
+tl::expected<TaskPlan, Status> plan_request(const kin::ArmModel& arm, const Roadmap& roadmap,
+                                            const PlanRequest& request,
+                                            const TaskSettings& settings) {
+  if (const Task* task = std::get_if<Task>(&request.what))
+    return plan_task(arm, request.table, roadmap, request.start, *task, settings);
+  return plan_move(arm, roadmap, request, settings);
+}
+
+}  // namespace mimesis::planner

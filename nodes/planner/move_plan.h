@@ -1,0 +1,42 @@
+#pragma once
+#include <variant>
+#include <vector>
+
+#include "nodes/planner/task_plan.h"
+
+namespace mimesis::planner {
+
+/// A posture, or a place of the hand with any orientation.
+struct Place {
+  Eigen::VectorXd q{};                  ///< n [rad]; empty: the hand's place counts
+  Eigen::Vector3d hand{0.0, 0.0, 0.0};  ///< in W [m]
+};
+
+/// A motion without a task.
+struct Move {
+  std::vector<Place> via{};    ///< where it rests on its way, in this order
+  std::vector<Place> goals{};  ///< where it ends: at one of them
+};
+
+/// What to plan.
+struct PlanRequest {
+  kin::Table table;
+  Eigen::VectorXd start;  ///< [rad]
+  std::variant<Task, Move> what;
+  std::vector<kin::Ball> held{};  ///< covers an object in the hand, centres in E; empty: none
+};
+
+/// Motions of phase `reach` from `start` through all places of the move, one for each leg; none if
+/// the arm is there. Where several postures fit a place, others are tried if the rest of the way
+/// fails. The table's object is an obstacle, or carried if it is held. An arm that stands where it
+/// touches the object leaves it straight back first; an object in its hand that stands on a box is
+/// lifted first. `roadmap` may be empty.
+tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap& roadmap,
+                                         const PlanRequest& request, const TaskSettings& settings);
+
+/// Plans a task or a move.
+tl::expected<TaskPlan, Status> plan_request(const kin::ArmModel& arm, const Roadmap& roadmap,
+                                            const PlanRequest& request,
+                                            const TaskSettings& settings);
+
+}  // namespace mimesis::planner
