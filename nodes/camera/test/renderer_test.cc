@@ -199,11 +199,13 @@ TEST(Looks, TheSleeveEndsWhereTheForearmIsBare) {
     std::vector<Capsule> arm;
     const TeacherPose pose = motion.pose(1.0);
     hand_capsules(pose, Grip::full, looks, arm);
-    double skin = 0.0;  // along the forearm
-    for (const Capsule& c : arm) {
-      if (c.color == looks.skin && (c.b - pose.wrist).norm() < 1e-12) skin = (c.a - c.b).norm();
-    }
-    EXPECT_NEAR(skin / (pose.elbow - pose.wrist).norm(), bare, 1e-9);
+    const Eigen::Vector3d end = pose.wrist + bare * (pose.elbow - pose.wrist);
+    const auto ends = [&](const Capsule& c, const Bgr& color) {
+      return c.color == color && std::min((c.a - end).norm(), (c.b - end).norm()) < 1e-12;
+    };
+    EXPECT_EQ(std::ranges::count_if(arm, [&](const Capsule& c) { return ends(c, looks.skin); }), 1);
+    EXPECT_EQ(std::ranges::count_if(arm, [&](const Capsule& c) { return ends(c, looks.cloth); }),
+              1);
   }
 }
 
