@@ -78,7 +78,8 @@ void hand_capsules(const TeacherPose& pose, Grip grip, const Looks& looks,
   const Posture& posture = precision ? kPrecision : kFull;
 
   const Vector3d end = pose.wrist + looks.bare * (pose.elbow - pose.wrist);
-  const double breadth = 0.0255 + 0.0191 * looks.bare;  // of the arm where the sleeve ends
+  // of the arm where the sleeve ends: 36 mm at 0.55 of its length
+  const double breadth = 0.0255 + (0.036 - 0.0255) * (looks.bare / 0.55);
   out.push_back({kShoulder, pose.elbow, 0.060, 0.050, looks.cloth});
   out.push_back({pose.elbow, end, 0.050, breadth + 0.008, looks.cloth});
   out.push_back({end, pose.wrist, breadth, 0.0255, looks.skin});

@@ -1,10 +1,10 @@
-#include "nodes/camera/renderer.h"
-
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/error.h"
+#include "nodes/camera/random_scene.h"
 
 namespace mimesis::camera {
 namespace {
@@ -162,6 +162,72 @@ TEST(Renderer, DrawsTheObjectWhereTheTruthIs) {
     EXPECT_GT(pixel[1], pixel[0] + 30) << t;  // green
     EXPECT_GT(pixel[1], pixel[2] + 30) << t;
   }
+}
+
+TEST(Passer, CrossesTheViewOnceFromTheSideItComesFrom) {
+  for (const double speed : {-0.8, 0.8}) {
+    const Passer passer{2.0, speed, 0.35, 0.1, 0.01, Bgr::Zero()};
+    EXPECT_FALSE(passer.at(1.99));
+    const auto first = passer.at(2.0), later = passer.at(3.0);
+    ASSERT_TRUE(first && later);
+    EXPECT_NEAR(first->a.x(), speed < 0.0 ? 1.0 : -1.0, 1e-12);
+    EXPECT_NEAR(later->a.x() - first->a.x(), speed, 1e-12);
+    EXPECT_DOUBLE_EQ(later->a.z(), 0.35);
+    EXPECT_NEAR(later->b.x() - later->a.x(), 0.1 * later->b.y(), 1e-12);
+    EXPECT_FALSE(passer.at(2.0 + 2.01 / 0.8));
+  }
+  EXPECT_FALSE(Passer{}.at(1.0));
+}
+
+TEST(Passer, IsBeforeHandAndTable) {
+  Picture with;
+  with.faults = {0.0, 0.0, 1.0, 1.0};
+  with.passer = {0.0, 1.0, 0.35, 0.0, 0.02, Bgr(10.0f, 10.0f, 10.0f)};
+  Renderer renderer(with);
+  image::Image image;
+  renderer.render(1.0, image);  // in the middle
+  const image::Camera camera{with.view};
+  const Eigen::Vector2d p = camera.project({0.0, 0.2, 0.35});
+  EXPECT_LT(image.at(static_cast<int>(p.x()), static_cast<int>(p.y()))[1], 15);
+}
+
+TEST(Looks, TheSleeveEndsWhereTheForearmIsBare) {
+  const TeacherMotion motion({}, {});
+  for (const double bare : {0.1, 0.55, 0.9}) {
+    Looks looks;
+    looks.bare = bare;
+    std::vector<Capsule> arm;
+    const TeacherPose pose = motion.pose(1.0);
+    hand_capsules(pose, Grip::full, looks, arm);
+    const Eigen::Vector3d end = pose.wrist + bare * (pose.elbow - pose.wrist);
+    const auto ends = [&](const Capsule& c, const Bgr& color) {
+      return c.color == color && std::min((c.a - end).norm(), (c.b - end).norm()) < 1e-12;
+    };
+    EXPECT_EQ(std::ranges::count_if(arm, [&](const Capsule& c) { return ends(c, looks.skin); }), 1);
+    EXPECT_EQ(std::ranges::count_if(arm, [&](const Capsule& c) { return ends(c, looks.cloth); }),
+              1);
+  }
+}
+
+TEST(RandomScene, DrawsTableLightTeacherAndWhatIsInTheWayFromItsSeed) {
+  int passers = 0, like_skin = 0;
+  double least_bare = 1.0, most_bare = 0.0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const Picture a = random_scene({}, seed).picture, b = random_scene({}, seed).picture;
+    EXPECT_EQ(a.room.lamp_m, b.room.lamp_m);
+    EXPECT_EQ(a.looks.skin, b.looks.skin);
+    EXPECT_NE(a.room.wood, random_scene({}, seed + 1).picture.room.wood);
+    passers += a.passer.begin_s >= 0.0 ? 1 : 0;
+    like_skin += a.skin_clutter;
+    EXPECT_LE(a.skin_clutter, a.clutter);
+    least_bare = std::min(least_bare, a.looks.bare);
+    most_bare = std::max(most_bare, a.looks.bare);
+  }
+  EXPECT_GT(passers, 15);
+  EXPECT_LT(passers, 40);
+  EXPECT_GT(like_skin, 20);
+  EXPECT_LT(least_bare, 0.15);
+  EXPECT_GT(most_bare, 0.75);
 }
 
 }  // namespace
