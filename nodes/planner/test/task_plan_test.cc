@@ -400,8 +400,10 @@ TEST(PreparedRoadmap, HasCertifiedLinksOfKnownWeightOnly) {
     }
   }
   EXPECT_GT(links, 3 * d.roadmap.nodes.cols());
-  std::vector<int> cluster = clusters(d.roadmap.links);
-  EXPECT_LT(*std::ranges::max_element(cluster), 20) << "they hold together";
+  const std::vector<int> cluster = clusters(d.roadmap.links);
+  long largest = 0;
+  for (const int one : cluster) largest = std::max(largest, std::ranges::count(cluster, one));
+  EXPECT_GT(largest, d.roadmap.nodes.cols() * 95 / 100);
 }
 
 TEST(TaskPlan, SameSeedSameBits) {
