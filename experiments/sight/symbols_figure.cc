@@ -131,7 +131,8 @@ reproduce::Figure symbols_figure() {
       .title = "What vision tells of demonstrations that it was not told: grip, transport, goal",
       .source = "M18",
       .rows = {.goal = 10},
-      .compute = symbols};
+      .compute = symbols,
+      .cpu_minutes = 36.0};
 }
 
 }  // namespace mimesis::sight

@@ -4,11 +4,10 @@
 
 namespace mimesis::vision {
 
-/// Look-up of the class of pixels, chosen at run time: with AVX2 eight pixels at a time, else one
+/// Look-up of the class of pixels, chosen at run time: with AVX2 eight or sixteen pixels at a time, else one
 /// by one (`_scalar`: the reference, bit-identical).
 /// @param bgr    3 · pixels bytes
-/// @param cells  32768 classes by (B >> 3) | (G >> 3) << 5 | (R >> 3) << 10, and 3 bytes more that
-///   are read and ignored
+/// @param cells  32768 classes by (B >> 3) | (G >> 3) << 5 | (R >> 3) << 10
 void look_up_bgr(const std::uint8_t* bgr, std::size_t pixels, const std::uint8_t* cells,
                  std::uint8_t* labels);
 void look_up_bgr_scalar(const std::uint8_t* bgr, std::size_t pixels, const std::uint8_t* cells,
@@ -16,7 +15,7 @@ void look_up_bgr_scalar(const std::uint8_t* bgr, std::size_t pixels, const std::
 
 /// The same for a camera's YUYV: Y0 U Y1 V for two pixels.
 /// @param pixels even
-/// @param cells  65536 classes by (U >> 2) | (V >> 2) << 6 | (Y >> 4) << 12, and 3 bytes more
+/// @param cells  65536 classes by (U >> 2) | (V >> 2) << 6 | (Y >> 4) << 12
 void look_up_yuyv(const std::uint8_t* yuyv, std::size_t pixels, const std::uint8_t* cells,
                   std::uint8_t* labels);
 void look_up_yuyv_scalar(const std::uint8_t* yuyv, std::size_t pixels, const std::uint8_t* cells,

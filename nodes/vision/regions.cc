@@ -159,7 +159,7 @@ void ColorTable::apply(const image::Image& image, std::vector<std::uint8_t>& lab
 
 void ColorTable::apply(const YuyvImage& image, std::vector<std::uint8_t>& labels) {
   if (yuyv_cells_.empty()) {
-    yuyv_cells_.resize(kYuyvCells + kReadBeyond);
+    yuyv_cells_.resize(kYuyvCells);
     for (unsigned i = 0; i < kYuyvCells; ++i) {
       const Eigen::Vector3d bgr =
           bgr_of_yuyv(16 * (i >> 12) + 8, 4 * (i & 63) + 2, 4 * (i >> 6 & 63) + 2);

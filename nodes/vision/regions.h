@@ -120,8 +120,8 @@ class ColorTable {
   Kind nearest(const Yuv& color) const;
   Kind classify(const Eigen::Vector3d& bgr) const;
 
-  static constexpr std::size_t kCells = 32768, kYuyvCells = 65536, kReadBeyond = 3;
-  std::vector<std::uint8_t> cells_ = std::vector<std::uint8_t>(kCells + kReadBeyond);
+  static constexpr std::size_t kCells = 32768, kYuyvCells = 65536;
+  std::vector<std::uint8_t> cells_ = std::vector<std::uint8_t>(kCells);
   std::vector<std::uint8_t> yuyv_cells_;  ///< empty: to be filled
 };
 
