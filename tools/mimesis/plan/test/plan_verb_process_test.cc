@@ -346,14 +346,14 @@ TEST(PlanVerb, TakesAnArmOnARail) {
 }
 
 TEST(PlanVerb, GoesThroughTheFirstPlacesAndKeepsItsDeadline) {
-  const std::string via = "--via=0.3,1.2";
+  const std::string via = "--via=-0.2458,1.9987";
   std::vector<std::string> words = kPlanar;
   words.insert(words.end(), {via, "--json"});
   const Ran r = run(words);
   ASSERT_EQ(r.code, 0) << r.errors;
   const json report = json::parse(r.output);
   ASSERT_EQ(report["motions"].size(), 2U);
-  EXPECT_EQ(report["motions"][0]["end_rad"], json({0.3, 1.2}));
+  EXPECT_EQ(report["motions"][0]["end_rad"], json({-0.2458, 1.9987}));
   EXPECT_EQ(report["motions"][1]["end_rad"], json({0.92, 1.42}));
 
   const Ran late =
