@@ -2,7 +2,8 @@
 // client, a simulated drive, PowerCube's answers and modules; as registers of a hand, as datagrams
 // of python-can, as lines of a serial adapter. The first byte chooses, or MIMESIS_CODEC=NAME.
 // `MIMESIS_CODEC=slcan hw_codec_fuzz CORPUS -max_total_time=600`. corpus.txt holds what was found:
-//   while read reader hex; do mkdir -p $reader; echo $hex | xxd -r -p > $reader/${hex:0:60}; done <corpus.txt
+//   while read reader hex; do
+//     mkdir -p $reader; echo $hex | xxd -r -p > $reader/${hex:0:60}; done < corpus.txt
 #include <algorithm>
 #include <array>
 #include <cmath>
