@@ -178,6 +178,7 @@ Codec chosen() {
 }  // namespace
 }  // namespace mimesis::hw
 
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace mimesis::hw;
   static const Codec only = chosen();
