@@ -1,7 +1,9 @@
 // Any bytes as frames, to everything that reads frames: the bridge's side of a drive, an SDO
 // client, a simulated drive, PowerCube's answers and modules; as registers of a hand, as datagrams
 // of python-can, as lines of a serial adapter. The first byte chooses, or MIMESIS_CODEC=NAME.
-// `MIMESIS_CODEC=slcan hw_codec_fuzz CORPUS -max_total_time=600`.
+// `MIMESIS_CODEC=slcan hw_codec_fuzz CORPUS -max_total_time=600`. corpus.txt holds what was found:
+//   while read reader hex; do
+//     mkdir -p $reader; echo $hex | xxd -r -p > $reader/${hex:0:60}; done < corpus.txt
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -176,6 +178,7 @@ Codec chosen() {
 }  // namespace
 }  // namespace mimesis::hw
 
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace mimesis::hw;
   static const Codec only = chosen();

@@ -19,7 +19,8 @@ using namespace std::chrono_literals;
 
 class OneMode : public ::testing::Test {
  protected:
-  void begin(JointSetup joint, sim::DriveConfig config = {.axis = {.node_id = 5, .sign = -1}}) {
+  void begin(JointSetup joint,
+             const sim::DriveConfig& config = {.axis = {.node_id = 5, .sign = -1}}) {
     joint.q_min = -2.0;
     joint.q_max = 2.0;
     joint.v_max = 1.0;

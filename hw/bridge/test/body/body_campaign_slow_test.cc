@@ -57,8 +57,12 @@ class BodyCampaign : public Robot {
     if (fault == 5) bridge_graph->send("emergency_stop", v1::EmergencyStop{}, now);
     if (fault == 6) std::raise(SIGUSR1);
     const std::size_t wild = random_() % names.size();
-    for (const Time end = now + 3s; now < end;) {
+    noticed_ms = -1;
+    for (const Time onset = now, end = now + 3s; now < end;) {
       move(fault != 2);
+      const bool gone = !bridge && drives.drives(0) != v1::DRIVE_STATE_OPERATION_ENABLED;
+      if (noticed_ms < 0 && (gone || status.state() != "following" || !status.reason().empty()))
+        noticed_ms = static_cast<int>((now - onset) / 1ms);
       if (fault == 7) target[wild] += uniform(-2.0, 2.0);
     }
     EXPECT_FALSE(truth.fell()) << truth.how() << ", " << status.reason();
@@ -75,6 +79,7 @@ class BodyCampaign : public Robot {
   }
   std::mt19937 random_;
   double nearest_m = 0.0;  // of a hand to the front of the furniture
+  int noticed_ms = -1;     // after the fault, by the bridge, or by the drives of a dead one
 };
 
 /// One process-wide seed range; each trial a robot of its own.
@@ -83,8 +88,9 @@ class BodyFault : public BodyCampaign, public ::testing::WithParamInterface<int>
 TEST_P(BodyFault, LeavesTheRobotStanding) {
   const auto fault = static_cast<std::size_t>(GetParam()) % kFaults.size();
   const double farthest = trial(static_cast<unsigned>(GetParam()), fault);
-  std::printf("seed %d, %s: a joint went %.3f rad, a hand came to %.3f m; %s\n", GetParam(),
-              kFaults[fault], farthest, nearest_m, status.reason().c_str());
+  std::printf(
+      "seed %d, %s: noticed after %d ms, a joint went %.3f rad, a hand came to %.3f m; %s\n",
+      GetParam(), kFaults[fault], noticed_ms, farthest, nearest_m, status.reason().c_str());
 }
 
 int trials() {
