@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bitset>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -191,14 +192,14 @@ void paced(benchmark::State& state) {
     for (std::size_t b = 0; b < on_bus.size(); ++b)
       observers.push_back(can::open("embedded:bench" + std::to_string(b), directory));
     std::vector<can::Frame> frames(256);
-    const auto answers = [&] {
-      int count = 0;
+    std::bitset<128> answered;  // by node
+    const auto look = [&] {
       for (const auto& observer : observers) {
         const std::size_t n = observer->receive(frames);
-        count += static_cast<int>(std::ranges::count_if(
-            std::span(frames).first(n), [](const can::Frame& f) { return f.id - 0x181 < 0x7F; }));
+        for (const can::Frame& f : std::span(frames).first(n)) {
+          if (f.id - 0x181 < 0x7F) answered.set(f.id - 0x180);
+        }
       }
-      return count;
     };
     Phase phase = Phase::starting;
     Time due = wall() + 10ms;
@@ -206,13 +207,14 @@ void paced(benchmark::State& state) {
     for (; due < end; due += period) {
       sleep_until(due);
       const Time woken = wall();
+      look();  // answers that came too late for the cycle before
+      answered.reset();
       bench.now = woken;
       phase = bench.cycle(due < enabled_after ? Mode::idle : Mode::follow);
-      int answered = 0;
-      while (answered < 30 && wall() < due + period - 20us) answered += answers();
+      while (answered.count() < 30 && wall() < due + period - 20us) look();
       if (due < end - from_seconds(seconds)) continue;
       late.push_back(woken - due);
-      answered == 30 ? whole.push_back(wall() - due) : (void)++unanswered;
+      answered.count() == 30 ? whole.push_back(wall() - due) : (void)++unanswered;
       while (wall() > due + period) due += period, ++slept;  // left out
     }
     if (phase != Phase::following) state.SkipWithError(bench.driver->read(wall()).reason.c_str());
