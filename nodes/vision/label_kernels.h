@@ -4,8 +4,8 @@
 
 namespace mimesis::vision {
 
-/// Look-up of the class of pixels, chosen at run time: with AVX2 eight or sixteen pixels at a time, else one
-/// by one (`_scalar`: the reference, bit-identical).
+/// Look-up of the class of pixels, chosen at run time: with AVX2 eight or sixteen pixels at a time,
+/// else one by one (`_scalar`: the reference, bit-identical).
 /// @param bgr    3 · pixels bytes
 /// @param cells  32768 classes by (B >> 3) | (G >> 3) << 5 | (R >> 3) << 10
 void look_up_bgr(const std::uint8_t* bgr, std::size_t pixels, const std::uint8_t* cells,
