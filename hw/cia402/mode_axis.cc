@@ -50,9 +50,15 @@ void ModeAxis::supervise() {
     failure_ = master_.name() + ": no feedback for 0.5 s";
   } else if (state == DriveState::fault) {
     failure_ = master_.complaint(DriveState::operation_enabled);
-  } else if (step_ == Step::taken && mode_ == OperationMode::homing &&
-             (master_.reading().statusword & statusword::kHomingError) != 0) {
-    failure_ = master_.name() + ": homing error, " + text(master_.reading());
+  } else if (step_ == Step::taken && mode_ == OperationMode::homing) {
+    const unsigned word = master_.reading().statusword;
+    const bool interrupted =
+        (word & statusword::kReached) != 0 && (word & statusword::kAcknowledged) == 0;
+    if ((word & statusword::kHomingError) != 0) {
+      failure_ = master_.name() + ": homing error, " + text(master_.reading());
+    } else if (interrupted) {
+      failure_ = master_.name() + ": homing was interrupted, " + text(master_.reading());
+    }
   }
 }
 
@@ -73,7 +79,7 @@ std::uint16_t ModeAxis::operate() {
       if (homes ? ++raised_ >= kStale : acknowledged) step_ = Step::taken;
       break;
     case Step::taken:
-      if (reached && (homes ? acknowledged : !acknowledged)) step_ = Step::done;
+      if (reached && homes == acknowledged) step_ = Step::done;
       break;
     default:
       return kEnable;

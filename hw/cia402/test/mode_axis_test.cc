@@ -147,6 +147,18 @@ TEST_F(OneMode, HomesAtASwitchAndWhereItIs) {
   EXPECT_DOUBLE_EQ(drive().position_rad(), 0.3);
 }
 
+TEST_F(OneMode, AnInterruptedHomingIsNotHome) {
+  sim::DriveConfig config{.axis = {.node_id = 5}, .home_rad = 0.3};
+  config.switch_low_rad = -0.5;
+  begin({.mode = OperationMode::homing, .profile_v = 0.5, .homing_method = 17}, config);
+  ASSERT_TRUE(until([&] { return drive().position_rad() < 0.0; })) << axis->failure();
+  // a second master, which knows nothing of bit 4
+  tap->send(std::array{can::Frame{.id = 0x205, .length = 2, .data = {0x0F, 0}}, sync()});
+  rack->step(now);
+  EXPECT_FALSE(until([&] { return axis->done(); }));
+  EXPECT_EQ(axis->failure().substr(0, 37), "A1 (node 5): homing was interrupted, ");
+}
+
 TEST_F(OneMode, SaysWhatIsWrong) {
   begin({.mode = OperationMode::homing, .profile_v = 0.5, .homing_method = 17});
   EXPECT_FALSE(until([] { return false; }));

@@ -505,6 +505,7 @@ std::uint16_t Drive::statusword() const {
       break;
     }
     case kHoming:
+      if (homing_ == Homing::off) word |= 0x400u;  // interrupted or not started
       word |= homing_ == Homing::attained ? 0x1400u : homing_ == Homing::error ? 0x2400u : 0u;
       break;
     case kCyclicVelocity:
