@@ -40,7 +40,8 @@ struct BridgeParams {
   /// a silent bus is lost after this time [s]; 0: 1.5 cycles on SocketCAN and in lock-step, 0.1 s
   /// on a bus of this machine, whose drives are processes that may have to wait
   double feedback_timeout_s = 0.0;
-  int missed_syncs = 2;  ///< a drive is lost that lets so many pass while others answer [1]
+  /// a drive is lost that lets so many pass, or one more of the last 20, while others answer [1]
+  int missed_syncs = 2;
   double following_window_rad = 0.0;  ///< largest following error, 6065h; 0: the drives' own [rad]
   double following_time_s = 0.0;      ///< time beyond it until a fault, 6066h; 0: their own [s]
   /// largest distance of a joint from its set-point, beyond what its speed explains; 0: 0.1 rad of

@@ -49,7 +49,7 @@ void AxisMaster::restart() {
   verifying_ = heard_ = rebooted_ = answered_ = position_known_ = false;
   stop_known_ = stop_open_ = false;
   on_sync_ = true;
-  missed_ = 0;
+  misses_ = 0;
   asked_ = std::nullopt;
   demand_rad_ = std::nullopt;
   failure_.clear();
@@ -134,7 +134,12 @@ void AxisMaster::learn_mapping(const SetupStep& refused, std::uint32_t code) {
 
 void AxisMaster::on_learnt(const SetupStep& step, std::uint32_t value) {
   if (step.object.sub > 0) {
-    maps_.at(static_cast<std::size_t>(step.pdo)).push_back(mapped(value));
+    std::vector<Mapped>& map = maps_.at(static_cast<std::size_t>(step.pdo));
+    map.push_back(mapped(value));
+    if (bytes_of(map) > 8) {
+      map.clear();
+      fail(what(step) + ": it carries more than 8 bytes");
+    }
     return;
   }
   constexpr std::uint32_t kMost = 8;

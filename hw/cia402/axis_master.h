@@ -1,4 +1,5 @@
 #pragma once
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -17,6 +18,8 @@ namespace mimesis::hw::cia402 {
 /// are. Pure: frames in, frames out, time as argument.
 class AxisMaster {
  public:
+  static constexpr int kLately = 20;  ///< cycles
+
   /// @param name "A3 (node 3)", for reasons
   AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps);
 
@@ -27,7 +30,10 @@ class AxisMaster {
   /// Appends the SDO request that is due.
   void advance(Time now, std::vector<can::Frame>& out);
   /// Supervision starts here: the drive is to answer from now on.
-  void watch_from(Time now) { feedback_seen_ = heartbeat_seen_ = now; }
+  void watch_from(Time now) {
+    feedback_seen_ = heartbeat_seen_ = now;
+    misses_ = 0;
+  }
 
   bool found() const { return step_ > 0; }
   bool configured() const { return step_ == steps_.size() && failure_.empty(); }
@@ -41,13 +47,14 @@ class AxisMaster {
 
   bool heard() const { return heard_; }  ///< feedback has come since the start
   /// Ends a cycle whose SYNC was on the wire: it counts as missed if this drive has sent no
-  /// feedback since the last, though `others` have.
+  /// feedback since the last, though `others` have; not at all if nobody has.
   void end_cycle(bool others) {
-    missed_ = answered_ ? 0 : missed_ + (others && on_sync_ ? 1 : 0);
+    if (answered_ || others) misses_ = misses_ << 1 | (answered_ || !on_sync_ ? 0 : 1);
     answered_ = false;
   }
-  bool answered() const { return answered_; }    ///< feedback has come in this cycle
-  int missed() const { return missed_; }         ///< cycles in a row
+  bool answered() const { return answered_; }              ///< feedback has come in this cycle
+  int missed() const { return std::countr_one(misses_); }  ///< cycles in a row
+  int missed_lately() const { return std::popcount(misses_ & ((1u << kLately) - 1)); }
   bool stop_open() const { return stop_open_; }  ///< its input of an emergency stop
   Time feedback_age(Time now) const { return now - feedback_seen_; }
   Time heartbeat_age(Time now) const { return now - heartbeat_seen_; }
@@ -108,7 +115,7 @@ class AxisMaster {
   bool heard_ = false, rebooted_ = false, answered_ = false;
   bool on_sync_ = true;  // its feedback is mapped by us
   bool stop_known_ = false, stop_open_ = false;
-  int missed_ = 0;
+  std::uint32_t misses_ = 0;  // a bit per cycle, the last one is bit 0
   bool position_known_ = false, shows_velocity_ = true;
   Time feedback_seen_{}, heartbeat_seen_{}, state_since_{}, position_seen_{};
 };

@@ -80,7 +80,12 @@ void JointDriver::stop() noexcept {
   leave_motion();
 }
 
+/// Drives that others still reach must not go on while this one is searched: each has to hear of
+/// the stop, on whatever wire this is, and all at the same time.
 void JointDriver::lose(AxisMaster& axis, const std::string& why) {
+  const bool moving = reading_.phase != Phase::fault && reading_.phase != Phase::idle &&
+                      reading_.phase != Phase::starting;
+  if (moving) halted_until_ = now_ + milliseconds(kRpdoDeadlineMs);
   fault(axis.name() + ": " + why);
   axis.restart();
   configured_ = false;
@@ -94,6 +99,7 @@ void JointDriver::receive() {
       if (const char* trouble = can::trouble(frame)) {
         for (AxisMaster& axis : axes_) lose(axis, std::string("the CAN controller is ") + trouble);
         silent_until_ = now_ + kRetry;
+        halted_until_ = {};
       }
       if ((frame.id & can::kErrorFlag) != 0) continue;
       const Identity id = identify(frame);
@@ -131,6 +137,7 @@ void JointDriver::set_up() {
       retry_at_ = now_ + kRetry;
       fault(axis.failure());
       axis.restart();
+      outbox_.push_back(nmt(Nmt::pre_operational, axis.axis().node_id));
     } else if (!axis.found()) {
       missing += (missing.empty() ? "" : ", ") + axis.name();
     }
@@ -155,6 +162,11 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
   if (axis.heard() && axis.missed() >= options_.missed_syncs) {
     return lose(axis, fmt::format("no feedback on {} SYNCs that others have answered",
                                   options_.missed_syncs));
+  }
+  if (axis.heard() && axis.missed_lately() > options_.missed_syncs) {
+    return lose(axis,
+                fmt::format("no feedback on {} of the last {} SYNCs that others have answered",
+                            axis.missed_lately(), AxisMaster::kLately));
   }
   // A drive that has just been started may take its time.
   const double timeout_s =
@@ -258,6 +270,23 @@ Phase JointDriver::rest() const {
   return stays_powered() && std::ranges::any_of(axes_, kept) ? Phase::holding : Phase::idle;
 }
 
+/// All drives at once leave their enabled state [CiA 402, 6007h], and those that do not hear of it
+/// by the deadline of their set-points, of which they get no more. Some copies, for bad wires.
+void JointDriver::halt() {
+  constexpr int kCopies = 3;
+  outbox_.insert(outbox_.end(), kCopies, nmt(Nmt::stop, 0));
+  bus_->send(outbox_);
+  outbox_.clear();
+}
+
+void JointDriver::end_halt() {
+  for (AxisMaster& axis : axes_) {
+    const Nmt next = axis.configured() ? Nmt::start : Nmt::pre_operational;
+    outbox_.push_back(nmt(next, axis.axis().node_id));
+    axis.watch_from(now_);
+  }
+}
+
 void JointDriver::publish() {
   for (std::size_t i = 0; i < axes_.size(); ++i) reading_.joints[i] = axes_[i].reading();
   const auto open = std::ranges::find_if(axes_, &AxisMaster::stop_open);
@@ -286,7 +315,8 @@ const Reading& JointDriver::read(Time now) {
     };
     reading_.phase = std::ranges::all_of(axes_, fresh) ? Phase::idle : Phase::starting;
     reading_.reason = "read-only";
-  } else if (now >= silent_until_) {
+  } else if (now >= silent_until_ && now >= halted_until_) {
+    if (std::exchange(halted_until_, {}) != Time{}) end_halt();
     // The drives have stopped by themselves, or may before a frame reaches them; what has come of
     // them is older. The next set-point would enable again those that stay powered.
     if (pause > milliseconds(kRpdoDeadlineMs * 4 / 5) &&
@@ -353,7 +383,7 @@ void JointDriver::write(Time now, const Setpoint& setpoint) {
     outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));
     heartbeat_due_ = now_ + milliseconds(kMasterHeartbeatMs);
   }
-  send_setpoints();
+  now < halted_until_ ? halt() : send_setpoints();
 }
 
 GroupDriver::GroupDriver(std::vector<std::unique_ptr<JointDriver>> parts)

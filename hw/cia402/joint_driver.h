@@ -19,7 +19,8 @@ struct JointDriverOptions {
   double boot_timeout_s = 2.0;        ///< until missing drives are reported
   double transition_timeout_s = 0.5;  ///< per change of a drive's state
   double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost, also if all are silent
-  int missed_syncs = 2;               ///< in a row that others answered: the axis is lost
+  /// that others answered, in a row, or one more among the last 20: the axis is lost
+  int missed_syncs = 2;
   double following_window_rad = 0.0;  ///< 6065h of the drives; 0: their own
   double following_time_s = 0.0;      ///< 6066h of the drives; 0: their own
   /// largest distance of a joint from its set-point, beyond what its speed explains; 0: any
@@ -53,6 +54,8 @@ class JointDriver final : public PhasedActuators {
   void count_answers();
   void supervise_tracking();
   void supervise_axis(AxisMaster& axis);
+  void halt();
+  void end_halt();
   void publish();
   void lose(AxisMaster& axis, const std::string& why);
   void command_axes();
@@ -72,6 +75,7 @@ class JointDriver final : public PhasedActuators {
 
   Time heartbeat_due_{};
   Time silent_until_{};      // after bus-off
+  Time halted_until_{};      // after a drive was lost in motion
   Time retry_at_{};          // after a failed set-up
   Time reset_until_{};       // drives in fault are reset until then
   bool begun_ = false;       // first cycle seen

@@ -265,6 +265,35 @@ TEST_F(Bench, TwoUnansweredSyncsAreALostDrive) {
   EXPECT_EQ(reading().phase, Phase::fault);
 }
 
+/// A wire that now and then loses an answer of one drive, never two in a row.
+TEST_F(Bench, ThreeUnansweredSyncsOfTwentyAreALostDrive) {
+  for (const auto& [every, phase] : {std::pair{8, Phase::fault}, std::pair{12, Phase::following}}) {
+    rack.reset();
+    enable();
+    for (int k = 1; k <= 200 && reading().phase == Phase::following; ++k) {
+      if (k % every == 0) rack->drives()[2].inject(sim::Trouble::mute, 7ms);
+      cycle({.mode = Mode::follow, .position_rad = target});
+    }
+    EXPECT_EQ(reading().phase, phase) << "each " << every << "th: " << reading().reason;
+  }
+}
+
+/// What the others are told when one is lost needs no frame for each and no SYNC.
+TEST_F(Bench, ALostDriveHaltsTheOthersByOneFrame) {
+  enable();
+  rack->drives()[2].inject(sim::Trouble::mute);
+  while (reading().phase == Phase::following) cycle({.mode = Mode::follow, .position_rad = target});
+  seen();
+  follow(90ms);
+  for (const can::Frame& f : seen()) {
+    EXPECT_NE(f.id, sync().id);
+    EXPECT_NE(f.id & ~0xFu, 0x200u) << "a set-point";
+  }
+  EXPECT_FALSE(any_enabled());
+  follow(100ms);
+  EXPECT_EQ(reading().joints[0].drive, DriveState::switch_on_disabled) << "it is seen again";
+}
+
 TEST_F(Bench, ALateMachineIsNoLostDrive) {
   enable();
   for (int k = 0; k < 40; ++k) {  // all drives are late by up to 60 ms, now and then

@@ -124,6 +124,10 @@ TEST_F(Stubborn, PdosThatCannotBeMapped) {
   config.made[0x1600'00] = 2;
   EXPECT_EQ(run(config), Phase::fault);
   EXPECT_EQ(reason(), "A1 (node 3): 607A:00 is not in RPDO1");
+  config.made[0x1600'00] = 4;
+  config.made[0x1600'04] = 0x607A0020;
+  EXPECT_EQ(run(config), Phase::fault);
+  EXPECT_EQ(reason(), "A1 (node 3): SDO 1600:04 (PDO mapping): it carries more than 8 bytes");
 }
 
 /// Without velocity in a PDO it is that of the positions.
