@@ -76,6 +76,30 @@ void master(std::span<const std::uint8_t> bytes) {
   (void)master.complaint(DriveState::operation_enabled);
 }
 
+/// A drive that answers each access to an object: done, aborted or with a value, as five bytes say.
+void setup(std::span<const std::uint8_t> bytes) {
+  const cia402::Axis axis{.node_id = 5, .stop_bit = 3};
+  cia402::AxisMaster master(
+      "A1", axis,
+      cia402::setup_steps(axis, {.q_min = -1, .q_max = 1, .v_max = 1, .a_max = 1}, {5, -3}));
+  Time now = 1s;
+  std::vector<can::Frame> requests;
+  for (; bytes.size() >= 5 && !master.configured(); now += 200ms) {
+    requests.clear();
+    master.advance(now, requests);
+    demand(requests.size() == 1);
+    constexpr std::array<std::uint8_t, 3> kKinds{0x60, 0x80, 0x43};
+    can::Frame answer = requests.front();
+    answer.id = 0x585;
+    answer.data[0] = kKinds.at(bytes[0] % kKinds.size());
+    std::copy_n(bytes.begin() + 1, 4, answer.data.begin() + 4);
+    bytes = bytes.subspan(5);
+    master.handle(cia402::identify(answer), answer, now);
+    demand(master.command().length <= 8);
+    if (!master.failure().empty()) master.restart();
+  }
+}
+
 void client(std::span<const std::uint8_t> bytes) {
   Frames frames(bytes);
   auto transfer = cia402::SdoTransfer::upload(5, {0x1008, 0});
@@ -155,7 +179,7 @@ void slcan(std::span<const std::uint8_t> bytes) {
 }
 
 using Codec = void (*)(std::span<const std::uint8_t>);
-constexpr std::array<std::pair<std::string_view, Codec>, 8> kCodecs{
+constexpr std::array<std::pair<std::string_view, Codec>, 9> kCodecs{
     {{"master", master},
      {"client", client},
      {"drive", drive},
@@ -163,7 +187,8 @@ constexpr std::array<std::pair<std::string_view, Codec>, 8> kCodecs{
      {"powercube", powercube_answers},
      {"module", powercube_module},
      {"multicast", multicast},
-     {"slcan", slcan}}};
+     {"slcan", slcan},
+     {"setup", setup}}};
 
 Codec chosen() {
   const char* name = std::getenv("MIMESIS_CODEC");

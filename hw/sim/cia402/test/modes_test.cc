@@ -152,7 +152,7 @@ TEST_F(Switched, HomesAtTheSwitchOfItsOwnDirection) {
   set({0x6099, 2}, counts(0.05), 4);
   set({0x607C, 0}, 1000, 4);
   begin(6);
-  EXPECT_EQ(status() & 0x3400, 0u);
+  EXPECT_EQ(status() & 0x3400, 0x400u) << "not started";
   command(0x1F);
   until([&] { return (status() & 0x1000) != 0; });
   EXPECT_EQ(status() & 0x3400, 0x1400u);
