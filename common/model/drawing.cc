@@ -1,5 +1,7 @@
 #include "common/model/drawing.h"
 
+#include <Eigen/Eigenvalues>
+
 #include "common/math/so3.h"
 
 namespace mimesis::model {
