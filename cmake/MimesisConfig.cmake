@@ -6,7 +6,7 @@ foreach(package Threads PkgConfig Protobuf fmt spdlog yaml-cpp CLI11 nlohmann_js
 endforeach()
 find_dependency(Eigen3 3.4 NO_MODULE)
 foreach(module zmq=libzmq lz4=liblz4 zstd=libzstd zlib=zlib deflate=libdeflate png=libpng jpeg=libturbojpeg
-    urdfdom=urdfdom)
+    urdfdom=urdfdom assimp=assimp)
   string(REPLACE "=" ";" module ${module})
   list(GET module 0 name)
   list(GET module 1 pc)

@@ -24,6 +24,7 @@ pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng)
 pkg_check_modules(jpeg REQUIRED IMPORTED_TARGET libturbojpeg)
 pkg_check_modules(urdfdom REQUIRED IMPORTED_TARGET urdfdom)
+pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 pkg_check_modules(sodium REQUIRED IMPORTED_TARGET libsodium)
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)
 

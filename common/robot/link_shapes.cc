@@ -1,24 +1,13 @@
 #include "common/robot/link_shapes.h"
 
-#include <urdf_parser/urdf_parser.h>
-
-#include "common/error.h"
 #include "common/math/so3.h"
+#include "common/robot/urdf_model.h"
 
 namespace mimesis::robot {
 namespace {
 
 using Eigen::Vector3d;
 constexpr double kRod_m = 0.045;
-
-Eigen::Isometry3d pose_of(const urdf::Pose& pose) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() << pose.position.x, pose.position.y, pose.position.z;
-  X.linear() =
-      Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z)
-          .toRotationMatrix();
-  return X;
-}
 
 BodyPart part_of(const Biped& biped, int link) {
   const RobotTree& tree = biped.tree;
@@ -62,8 +51,7 @@ std::vector<LinkShape> rods(const Biped& biped) {
 }  // namespace
 
 std::vector<LinkShape> link_shapes(const Biped& biped, const std::string& urdf_file) {
-  const auto model = urdf::parseURDFFile(urdf_file);
-  if (model == nullptr) throw ConfigError(urdf_file + ": expected a URDF file");
+  const auto model = parse_urdf(urdf_file);
   std::vector<LinkShape> shapes;
   for (std::size_t i = 0; i < biped.tree.links().size(); ++i) {
     const auto link = model->getLink(biped.tree.links()[i].name);

@@ -10,6 +10,7 @@
 
 #include "common/error.h"
 #include "common/robot/robot_tree.h"
+#include "common/robot/urdf_model.h"
 
 #ifdef __SANITIZE_ADDRESS__
 // urdfdom's links own each other: those of a loop, which it does not refuse, are never freed.
@@ -52,7 +53,9 @@ std::string read_text(const std::string& file) {
   return text;
 }
 
-urdf::ModelInterfaceSharedPtr parse(const std::string& file) {
+}  // namespace
+
+urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
   const std::string text = read_text(file);
   const Errors errors;
   urdf::ModelInterfaceSharedPtr model;
@@ -70,21 +73,21 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& file) {
   return model;
 }
 
-Eigen::Vector3d vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
-
-Eigen::Isometry3d pose(const urdf::Pose& p) {
+Eigen::Isometry3d pose_of(const urdf::Pose& p) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   const urdf::Rotation& r = p.rotation;
   X.linear() = Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
-  X.translation() = vector(p.position);
+  X.translation() = vector_of(p.position);
   return X;
 }
+
+namespace {
 
 Inertia inertia(const urdf::Link& link) {
   Inertia out;
   if (!link.inertial) return out;
   const urdf::Inertial& in = *link.inertial;
-  const Eigen::Isometry3d X = pose(in.origin);
+  const Eigen::Isometry3d X = pose_of(in.origin);
   out.mass_kg = in.mass;
   out.com_m = X.translation();
   Eigen::Matrix3d I;
@@ -96,7 +99,7 @@ Inertia inertia(const urdf::Link& link) {
 void set_joint(const urdf::Joint& joint, const std::string& where, Link& out) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   out.joint = joint.name;
-  out.X_PJ = pose(joint.parent_to_joint_origin_transform);
+  out.X_PJ = pose_of(joint.parent_to_joint_origin_transform);
   switch (joint.type) {
     case urdf::Joint::FIXED:
       return;
@@ -111,7 +114,7 @@ void set_joint(const urdf::Joint& joint, const std::string& where, Link& out) {
       throw ConfigError(where + "type, expected revolute, continuous, prismatic or fixed");
   }
   if (joint.mimic) out.mimics = joint.mimic->joint_name;
-  out.axis = vector(joint.axis);
+  out.axis = vector_of(joint.axis);
   if (!(out.axis.norm() > 1e-9))
     throw ConfigError(where + "axis of no length, expected a direction");
   out.axis.normalize();
@@ -143,7 +146,7 @@ void walk(const urdf::Link& link, int parent, const std::string& file, std::vect
 }  // namespace
 
 RobotTree read_urdf(const std::string& file) {
-  const urdf::ModelInterfaceSharedPtr model = parse(file);
+  const urdf::ModelInterfaceSharedPtr model = parse_urdf(file);
   std::vector<Link> links;
   walk(*model->getRoot(), -1, file, links);
   for (const auto& [name, link] : model->links_) {  // urdfdom takes loops beside the root

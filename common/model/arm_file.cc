@@ -1,25 +1,24 @@
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <map>
 
 #include "common/error.h"
 #include "common/kin/dh_rows.h"
+#include "common/model/arm_cover.h"
 #include "common/model/files.h"
-#include "common/robot/bodies.h"
+#include "common/model/urdf_path.h"
+#include "common/robot/collision_solids.h"
+#include "common/robot/robot_tree.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
-#include "common/shared_data.h"
 
 namespace mimesis::model {
 namespace {
 
-namespace fs = std::filesystem;
 using runtime::ParamVisitor;
 
-constexpr double kLeastRate_hz = 10.0, kMostRate_hz = 1000.0;
+constexpr double kLeastFit_m = 1e-3;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 struct JointEntry {
@@ -52,6 +51,7 @@ struct ChainEntry {
   std::string urdf, base, tip;
   // Of each joint, which the URDF has not; j_max and home may be left out.
   std::vector<double> a_max_rad_s2, j_max_rad_s3, home_rad;
+  robot::CoverSettings cover;  // of balls fitted to its geometry
 
   void visit(ParamVisitor& v) {
     v("urdf", urdf);
@@ -60,12 +60,15 @@ struct ChainEntry {
     v("a_max_rad_s2", a_max_rad_s2, 1e-3, 1000.0, 0);
     v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9, 0);
     v("home_rad", home_rad, -6.3, 6.3, 0);
+    v("fitted_m", cover.tolerance_m, kLeastFit_m, 1.0);
+    v("most_balls", cover.most_balls, 1, 200);
   }
 };
 
 struct BallEntry {
   int frame = 0;
   std::string link, group;  // link: of the chain's URDF, instead of a frame
+  double fitted_m = 0.0;  // not 0: as many balls as cover the link's geometry, with this tolerance
   std::vector<double> center_m;
   double radius_m = 0.0;
 
@@ -73,6 +76,8 @@ struct BallEntry {
     v("frame", frame, 0, 100);
     v("link", link);
     v("group", group);
+    v("fitted_m", fitted_m, 0.0, 1.0);
+    if (fitted_m > 0.0) return;
     v("center_m", center_m, -10.0, 10.0, 3);
     v("radius_m", radius_m, 1e-4, 1.0);
   }
@@ -130,41 +135,37 @@ Eigen::Isometry3d pose(const std::vector<double>& position_m, const std::vector<
   return X;
 }
 
-/// Path of the URDF that a file names.
-std::string urdf_of(const std::string& path, const std::string& urdf_name) {
-  const std::string kShared = "shared:";
-  const bool shared = urdf_name.starts_with(kShared);
-  const fs::path urdf = shared ? shared_data(urdf_name.substr(kShared.size()))
-                               : fs::path(path).parent_path() / urdf_name;
-  std::error_code ignored;
-  if (urdf_name.empty() || !fs::is_regular_file(urdf, ignored)) {
-    throw ConfigError(path + ": urdf: no file '" + urdf.string() +
-                      (shared ? "', expected in the shared folder ($MIMESIS_SHARED)"
-                              : "', expected one beside this file"));
-  }
-  return urdf.lexically_normal().string();
-}
-
 class Builder {
  public:
   Builder(const std::string& file, const ArmFile& entry) : file_(file), entry_(entry) {}
 
-  kin::ArmModel build() {
+  CoveredArm build() {
     kin::ArmModel arm = entry_.arm;
     arm.X_WB = pose(entry_.base_m, entry_.base_rpy_rad);
     arm.X_LE = pose(entry_.tool_m, entry_.tool_rpy_rad);
     if (entry_.joints.empty() == entry_.chain.urdf.empty())
       fail("joints", "there is none, expected joints, or a chain of a URDF");
     entry_.joints.empty() ? add_chain(arm) : add_joints(arm);
-    add_balls(arm);
+    const bool all_fitted = entry_.balls.empty() && !entry_.chain.urdf.empty();
+    all_fitted ? fit_all(arm) : add_balls(arm);
     for (const std::string& group : entry_.obstacle_groups) {
-      arm.env_groups.push_back(group_index("obstacle_groups", group));
+      arm.env_groups.push_back(group_index(arm, "obstacle_groups", group));
     }
     for (const PairEntry& pair : entry_.self_pairs) {
-      arm.self_pairs.emplace_back(group_index("self_pairs", pair.a),
-                                  group_index("self_pairs", pair.b));
+      arm.self_pairs.emplace_back(group_index(arm, "self_pairs", pair.a),
+                                  group_index(arm, "self_pairs", pair.b));
     }
-    return arm;
+    if (all_fitted) add_default_checks(arm);
+    out_.arm = std::move(arm);
+    return std::move(out_);
+  }
+
+  /// Afterwards: compares the balls of each link with its geometry.
+  void compare(CoveredArm& covered) {
+    for (LinkBalls& link : covered.links) {
+      const auto& solids = solids_of(link.link);
+      if (!solids.empty()) link.over = robot::over_coverage(solids, link.balls);
+    }
   }
 
  private:
@@ -172,10 +173,11 @@ class Builder {
     throw ConfigError(file_ + ": " + key + ": " + what);
   }
 
-  int group_index(const std::string& key, const std::string& group) const {
-    const auto it = std::ranges::find(entry_.arm.groups, group);
-    if (it == entry_.arm.groups.end()) fail(key, "'" + group + "' is not one of groups");
-    return static_cast<int>(it - entry_.arm.groups.begin());
+  int group_index(const kin::ArmModel& arm, const std::string& key,
+                  const std::string& group) const {
+    const auto it = std::ranges::find(arm.groups, group);
+    if (it == arm.groups.end()) fail(key, "'" + group + "' is not one of groups");
+    return static_cast<int>(it - arm.groups.begin());
   }
 
   void add_joints(kin::ArmModel& arm) const {
@@ -215,8 +217,8 @@ class Builder {
 
   void add_chain(kin::ArmModel& arm) {
     const ChainEntry& chain = entry_.chain;
-    const robot::RobotTree tree =
-        robot::read_urdf(urdf_of(runtime::find_model_file(file_), chain.urdf));
+    urdf_ = urdf_of(runtime::find_model_file(file_), chain.urdf);
+    const robot::RobotTree tree = robot::read_urdf(urdf_);
     const int base = tree.require_link(chain.base);
     std::vector<int> way;
     for (int l = tree.require_link(chain.tip); l != base; l = tree.link(l).parent) {
@@ -226,7 +228,7 @@ class Builder {
     Eigen::Isometry3d X_BL = Eigen::Isometry3d::Identity();
     std::vector<kin::JointAxis> axes;
     std::vector<const robot::Link*> moved;
-    links_[chain.base] = {0, X_BL};
+    put(chain.base, {0, X_BL});
     for (const int l : way) {
       const robot::Link& link = tree.link(l);
       X_BL = X_BL * link.X_PJ;
@@ -235,8 +237,9 @@ class Builder {
                         link.type == robot::JointType::prismatic});
         moved.push_back(&link);
       }
-      links_[link.name] = {static_cast<int>(axes.size()), X_BL};
+      put(link.name, {static_cast<int>(axes.size()), X_BL});
     }
+    add_branches(tree);
     if (axes.empty()) fail("chain", "no joint moves");
     set_limits(arm, moved);
     const kin::DhRows rows = kin::dh_rows(axes);
@@ -278,192 +281,172 @@ class Builder {
     }
   }
 
-  void add_balls(kin::ArmModel& arm) const {
+  struct LinkPlace {
+    int frame = 0;  // Denavit-Hartenberg
+    Eigen::Isometry3d X_FL = Eigen::Isometry3d::Identity();
+  };
+
+  void put(const std::string& link, const LinkPlace& where) {
+    links_[link] = where;
+    order_.push_back(link);
+  }
+
+  /// Links beside the way from base to tip: what is fixed to it moves along.
+  void add_branches(const robot::RobotTree& tree) {
+    for (const robot::Link& link : tree.links()) {
+      if (link.parent < 0 || links_.contains(link.name)) continue;
+      const auto carrier = links_.find(tree.link(link.parent).name);
+      if (carrier != links_.end() && link.type == robot::JointType::fixed) {
+        put(link.name, {carrier->second.frame, carrier->second.X_FL * link.X_PJ});
+      } else if (carrier != links_.end() || std::ranges::count(loose_, link.parent) > 0) {
+        loose_.push_back(tree.find_link(link.name));
+        loose_names_.push_back(link.name);
+      }
+    }
+  }
+
+  /// Empty if the link has no collision geometry.
+  const std::vector<robot::Solid>& solids_of(const std::string& link) {
+    if (!solids_) {
+      std::vector<std::string> all = order_;
+      all.insert(all.end(), loose_names_.begin(), loose_names_.end());
+      solids_ = urdf_.empty() ? Solids{} : robot::collision_solids(urdf_, all);
+    }
+    return (*solids_)[link];
+  }
+
+  void add(kin::ArmModel& arm, const std::string& link, const LinkPlace& where, int group,
+           bool fitted, const std::vector<robot::CoverBall>& balls) {
+    const bool more = !out_.links.empty() && out_.links.back().link == link &&
+                      out_.links.back().group == group && out_.links.back().fitted == fitted;
+    if (!more)
+      out_.links.push_back(
+          {.link = link, .group = group, .begin = arm.balls.size(), .fitted = fitted});
+    for (const robot::CoverBall& ball : balls) {
+      arm.balls.push_back({.frame = where.frame,
+                           .group = group,
+                           .center = where.X_FL * ball.center,
+                           .radius = ball.radius});
+      out_.links.back().balls.push_back(ball);
+    }
+    out_.links.back().end = arm.balls.size();
+  }
+
+  void add_balls(kin::ArmModel& arm) {
     for (std::size_t i = 0; i < entry_.balls.size(); ++i) {
       const BallEntry& ball = entry_.balls[i];
       const std::string key = "balls[" + std::to_string(i) + "]";
       if (ball.frame > arm.dof()) fail(key, "frame is above the number of joints");
-      LinkPlace place{ball.frame, Eigen::Isometry3d::Identity()};
+      LinkPlace where{.frame = ball.frame};
+      std::string link = ball.link;
       if (!ball.link.empty() || !links_.empty()) {
         const auto found = links_.find(ball.link);
         if (found == links_.end()) fail(key, "no link '" + ball.link + "' in the chain of joints");
-        place = found->second;
+        where = found->second;
+      } else {
+        link = "frame " + std::to_string(ball.frame);
       }
-      arm.balls.push_back({.frame = place.frame,
-                           .group = group_index(key, ball.group),
-                           .center = place.X_FL * Eigen::Vector3d::Map(ball.center_m.data()),
-                           .radius = ball.radius_m});
+      const int group = group_index(arm, key, ball.group);
+      if (ball.fitted_m == 0.0) {
+        const robot::CoverBall own{Eigen::Vector3d::Map(ball.center_m.data()), ball.radius_m};
+        add(arm, link, where, group, false, {own});
+        continue;
+      }
+      const auto& solids = solids_of(link);
+      if (solids.empty())
+        fail(key, "link '" + link + "' has no collision geometry that balls could be fitted to");
+      if (ball.fitted_m < kLeastFit_m) fail(key, "fitted_m, expected 0.001 .. 1");
+      add(arm, link, where, group, true,
+          robot::cover_balls(solids, {ball.fitted_m, entry_.chain.cover.most_balls}));
     }
   }
 
-  struct LinkPlace {
-    int frame = 0;  // Denavit-Hartenberg
-    Eigen::Isometry3d X_FL;
-  };
+  /// Nothing is given: every link with geometry gets its own balls, and is a group.
+  void fit_all(kin::ArmModel& arm) {
+    if (!arm.groups.empty())
+      fail("groups", "without balls each link is a group of its name, expected no groups");
+    for (const std::string& link : loose_names_) {
+      if (!solids_of(link).empty())
+        fail("balls", "there is none, but link '" + link +
+                          "' moves on a joint that is not in the chain, expected balls for all");
+    }
+    for (const std::string& link : order_) {
+      if (solids_of(link).empty()) continue;
+      arm.groups.push_back(link);
+      add(arm, link, links_.at(link), static_cast<int>(arm.groups.size()) - 1, true,
+          robot::cover_balls(solids_of(link), entry_.chain.cover));
+    }
+    if (arm.balls.empty())
+      fail("balls", "there is none, and no link of the chain has collision geometry");
+  }
+
+  /// Of fitted links: all that move against obstacles, and all pairs that no single joint joins,
+  /// but those whose balls touch at home.
+  void add_default_checks(kin::ArmModel& arm) {
+    constexpr double kNear_m = 0.005;
+    const std::vector<LinkBalls>& links = out_.links;
+    const auto frame = [&arm](const LinkBalls& link) { return arm.balls[link.begin].frame; };
+    for (const LinkBalls& link : links)
+      if (entry_.obstacle_groups.empty() && frame(link) > 0) arm.env_groups.push_back(link.group);
+    if (!entry_.self_pairs.empty()) return;
+    std::vector<Eigen::Isometry3d> X;
+    Eigen::Matrix3Xd centers;
+    kin::forward(arm, arm.home, X);
+    kin::ball_centers(arm, X, centers);
+    for (const LinkBalls& a : links) {
+      for (const LinkBalls& b : links) {
+        if (a.begin >= b.begin || std::abs(frame(a) - frame(b)) < 2) continue;
+        double gap = kNear_m;
+        for (std::size_t i = a.begin; i < a.end; ++i) {
+          for (std::size_t k = b.begin; k < b.end; ++k) {
+            const auto between = centers.col(static_cast<Eigen::Index>(i)) -
+                                 centers.col(static_cast<Eigen::Index>(k));
+            gap = std::min(gap, between.norm() - arm.balls[i].radius - arm.balls[k].radius);
+          }
+        }
+        if (gap < kNear_m) {
+          out_.touching_at_home.emplace_back(a.link, b.link);
+        } else {
+          arm.self_pairs.emplace_back(a.group, b.group);
+        }
+      }
+    }
+  }
+
+  using Solids = std::map<std::string, std::vector<robot::Solid>>;
 
   const std::string& file_;
   const ArmFile& entry_;
-  std::map<std::string, LinkPlace> links_;  // of the chain
+  CoveredArm out_;
+  std::string urdf_;                        // of the chain
+  std::map<std::string, LinkPlace> links_;  // that the frames carry
+  std::vector<std::string> order_;          // of them: from base to tip, then the branches
+  std::vector<int> loose_;                  // links that joints beside the chain move
+  std::vector<std::string> loose_names_;
+  std::optional<Solids> solids_;  // once asked for
 };
 
-}  // namespace
-
-kin::ArmModel load_arm(const std::string& file) {
+/// `use`: what is done with the builder and what it has built.
+template <class Use>
+CoveredArm build_arm(const std::string& file, const Use& use) {
   if (is_biped(file))
     throw ConfigError(file + ": is a biped's, expected an arm's file, did you mean 'lwr4.yaml'?");
   ArmFile entry;
   runtime::load_params(file, [&](ParamVisitor& v) { entry.visit(v); });
-  return Builder(file, entry).build();
-}
-
-namespace {
-
-struct FrameEntry {
-  std::string name, link;
-  std::vector<double> position_m{0.0, 0.0, 0.0};
-
-  void visit(ParamVisitor& v) {
-    v("name", name);
-    v("link", link);
-    v("position_m", position_m, -10.0, 10.0, 3);
-  }
-};
-
-struct PostureEntry {
-  std::string joint;
-  double angle_rad = 0.0;
-
-  void visit(ParamVisitor& v) {
-    v("joint", joint);
-    v("angle_rad", angle_rad, -6.3, 6.3);
-  }
-};
-
-struct GripperEntry {
-  std::string joint;
-  double closed_rad = 0.0;
-
-  void visit(ParamVisitor& v) {
-    v("joint", joint);
-    v("closed_rad", closed_rad, -3.15, 3.15);
-  }
-};
-
-struct BipedEntry {
-  std::string urdf;
-  std::vector<FrameEntry> frames;
-  std::vector<std::string> soles, hands;
-  std::vector<GripperEntry> grippers;
-  std::vector<PostureEntry> half_sitting;
-  robot::BipedNames names;  // without the part above
-  BipedDrives drives;
-
-  void visit(ParamVisitor& v) {
-    v("urdf", urdf);
-    list(v, "frames", frames);
-    v("soles", soles);
-    v("hands", hands);
-    list(v, "grippers", grippers);
-    v("trunk", names.trunk);
-    v("head", names.head);
-    v("imu", names.imu);
-    v.group("sole", [this](ParamVisitor& g) {
-      g("back_m", names.sole_back_m, -1.0, 0.0);
-      g("front_m", names.sole_front_m, 0.0, 1.0);
-      g("inner_m", names.sole_inner_m, 0.0, 1.0);
-      g("outer_m", names.sole_outer_m, 0.0, 1.0);
-    });
-    list(v, "half_sitting", half_sitting);
-    v("step_s", names.step_s, 0.4, 1.2);
-    v("drives", drives.kind);
-    v("rate_hz", drives.rate_hz, kLeastRate_hz, kMostRate_hz);
-    v("a_max_rad_s2", drives.a_max_rad_s2, 1.0, 1e5);
-  }
-};
-
-BipedEntry read_entry(const std::string& path) {
-  BipedEntry entry;
-  runtime::load_params(path, [&](ParamVisitor& v) { entry.visit(v); });
-  return entry;
-}
-
-/// The URDF's robot with the file's frames.
-robot::RobotTree tree_of(const std::string& path, const BipedEntry& entry) {
-  const robot::RobotTree bare = robot::read_urdf(urdf_of(path, entry.urdf));
-  std::vector<robot::Link> links = bare.links();
-  for (const FrameEntry& frame : entry.frames) {
-    robot::Link link;
-    link.name = frame.name;
-    link.joint = frame.name + "_frame";
-    link.parent = bare.require_link(frame.link);
-    link.X_PJ.translation() = Eigen::Vector3d::Map(frame.position_m.data());
-    links.push_back(std::move(link));
-  }
-  return {bare.name(), std::move(links)};
-}
-
-std::array<std::string, 2> two(const std::vector<std::string>& names, const std::string& key) {
-  if (names.size() != 2) {
-    throw ConfigError(key + ": " + std::to_string(names.size()) +
-                      " entries, expected the left one and the right one");
-  }
-  return {names[0], names[1]};
+  Builder builder(file, entry);
+  CoveredArm covered = builder.build();
+  use(builder, covered);
+  return covered;
 }
 
 }  // namespace
 
-robot::Biped load_biped(const std::string& file) {
-  const std::string path = runtime::find_model_file(file);
-  if (!is_biped(file)) {
-    throw ConfigError(file + ": has no urdf:, expected a biped's file, did you mean 'biped.yaml'?");
-  }
-  const BipedEntry entry = read_entry(path);
-  try {
-    robot::BipedNames names = entry.names;
-    names.sole = two(entry.soles, "soles");
-    if (!entry.hands.empty()) names.hand = two(entry.hands, "hands");
-    if (!entry.grippers.empty()) {
-      std::vector<std::string> joints;
-      for (const GripperEntry& gripper : entry.grippers) joints.push_back(gripper.joint);
-      names.gripper = two(joints, "grippers");
-      names.gripper_closed_rad = {entry.grippers[0].closed_rad, entry.grippers[1].closed_rad};
-    }
-    for (const PostureEntry& j : entry.half_sitting) {
-      names.half_sitting.emplace_back(j.joint, j.angle_rad);
-    }
-    robot::Biped biped = robot::make_biped(tree_of(path, entry), names);
-    for (const robot::Body& body : robot::bodies_of(biped.tree)) {
-      if (body.mass > 0.0) continue;
-      throw ConfigError("link '" + biped.tree.link(body.link).name +
-                        "' has no mass, expected one on every link that moves");
-    }
-    return biped;
-  } catch (const ConfigError& e) {
-    const std::string what = e.what();
-    throw ConfigError(what.starts_with(path) ? what : path + ": " + what);
-  }
+kin::ArmModel load_arm(const std::string& file) {
+  return build_arm(file, [](Builder&, CoveredArm&) {}).arm;
 }
 
-BipedDrives drives_of_biped(const std::string& file) {
-  return read_entry(runtime::find_model_file(file)).drives;
-}
-
-bool is_biped(const std::string& file) {
-  std::ifstream in(runtime::find_model_file(file));
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with("urdf:")) return true;
-  }
-  return false;
-}
-
-double rate_of_robot(const std::string& file) {
-  if (file.ends_with(".urdf")) return BipedDrives{}.rate_hz;
-  return is_biped(file) ? drives_of_biped(file).rate_hz : load_arm(file).rate_hz;
-}
-
-std::string urdf_of_biped(const std::string& file) {
-  const std::string path = runtime::find_model_file(file);
-  return urdf_of(path, read_entry(path).urdf);
+CoveredArm load_covered_arm(const std::string& file) {
+  return build_arm(file, [](Builder& builder, CoveredArm& arm) { builder.compare(arm); });
 }
 
 }  // namespace mimesis::model

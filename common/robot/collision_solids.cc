@@ -1,0 +1,127 @@
+#include "common/robot/collision_solids.h"
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <assimp/Importer.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "common/error.h"
+#include "common/robot/urdf_model.h"
+
+namespace mimesis::robot {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+
+/// @throws ConfigError if there is no such file
+fs::path mesh_path(const fs::path& urdf_file, std::string name) {
+  constexpr std::string_view kPackage = "package://", kFile = "file://";
+  const fs::path folder = fs::absolute(urdf_file).parent_path();
+  std::vector<fs::path> tried;
+  if (name.starts_with(kPackage)) {
+    name = name.substr(kPackage.size());
+    for (fs::path around = folder;; around = around.parent_path()) {
+      tried.push_back(around / name);
+      if (around == around.root_path()) break;
+    }
+    const char* more = std::getenv("ROS_PACKAGE_PATH");
+    std::istringstream folders(more ? more : "");
+    for (std::string one; std::getline(folders, one, ':');) tried.push_back(fs::path(one) / name);
+  } else {
+    if (name.starts_with(kFile)) name = name.substr(kFile.size());
+    tried.push_back(folder / name);
+  }
+  std::error_code ignored;
+  for (const fs::path& path : tried)
+    if (fs::is_regular_file(path, ignored)) return path;
+  throw ConfigError("mesh '" + name + "' is not there, expected it " +
+                    (tried.size() == 1 ? "at " + tried.front().lexically_normal().string()
+                                       : "in a folder around the URDF, or in $ROS_PACKAGE_PATH"));
+}
+
+std::shared_ptr<const TriangleMesh> read_mesh(const fs::path& file, const Vector3d& scale) {
+  Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
+  if (scene == nullptr) {
+    throw ConfigError("mesh '" + file.string() + "': " + importer.GetErrorString() +
+                      ", expected STL, OBJ or Collada");
+  }
+  std::vector<TriangleMesh::Triangle> triangles;
+  for (const aiMesh* mesh : std::span(scene->mMeshes, scene->mNumMeshes)) {
+    for (const aiFace& face : std::span(mesh->mFaces, mesh->mNumFaces)) {
+      if (face.mNumIndices != 3) continue;  // points and lines
+      TriangleMesh::Triangle triangle;
+      for (unsigned i = 0; i < 3; ++i) {
+        const aiVector3D& v = mesh->mVertices[face.mIndices[i]];
+        triangle[i] = Vector3d(v.x, v.y, v.z).cwiseProduct(scale);
+      }
+      triangles.push_back(triangle);
+    }
+  }
+  try {
+    return std::make_shared<const TriangleMesh>(std::move(triangles));
+  } catch (const ConfigError& e) {
+    throw ConfigError("mesh '" + file.string() + "' " + e.what() + ", expected some");
+  }
+}
+
+void check_sizes(const Vector3d& v, const std::string& what) {
+  if (!v.allFinite() || !(v.minCoeff() > 0.0) || v.maxCoeff() > 100.0)
+    throw ConfigError(what + ", expected lengths above 0, and below 100 m");
+}
+
+Solid solid_of(const urdf::Collision& collision, const std::string& urdf_file) {
+  Solid solid{.X_LS = pose_of(collision.origin)};
+  if (!solid.X_LS.matrix().allFinite())
+    throw ConfigError("origin of a collision, expected finite numbers");
+  if (const auto* box = dynamic_cast<const urdf::Box*>(collision.geometry.get())) {
+    solid.half_m = 0.5 * vector_of(box->dim);
+    check_sizes(solid.half_m, "size of a box");
+  } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(collision.geometry.get())) {
+    solid.kind = Solid::Kind::ball;
+    solid.half_m.setConstant(ball->radius);
+    check_sizes(solid.half_m, "radius of a sphere");
+  } else if (const auto* rod = dynamic_cast<const urdf::Cylinder*>(collision.geometry.get())) {
+    solid.kind = Solid::Kind::cylinder;
+    solid.half_m = {rod->radius, rod->radius, 0.5 * rod->length};
+    check_sizes(solid.half_m, "radius or length of a cylinder");
+  } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(collision.geometry.get())) {
+    solid.kind = Solid::Kind::mesh;
+    check_sizes(vector_of(mesh->scale).cwiseAbs(), "scale of a mesh");
+    solid.mesh = read_mesh(mesh_path(urdf_file, mesh->filename), vector_of(mesh->scale));
+    check_sizes(Vector3d::Constant(solid.mesh->box().sizes().maxCoeff()), "size of a mesh");
+  } else {
+    throw ConfigError("a collision, expected box, cylinder, sphere or mesh");
+  }
+  return solid;
+}
+
+}  // namespace
+
+std::map<std::string, std::vector<Solid>> collision_solids(const std::string& urdf_file,
+                                                           const std::vector<std::string>& links) {
+  const auto model = parse_urdf(urdf_file);
+  std::map<std::string, std::vector<Solid>> solids;
+  for (const std::string& name : links) {
+    const auto link = model->getLink(name);
+    if (link == nullptr) continue;
+    try {
+      for (const auto& collision : link->collision_array)
+        if (collision) solids[name].push_back(solid_of(*collision, urdf_file));
+    } catch (const ConfigError& e) {
+      std::string what = urdf_file + ": link '" + name + "': " + e.what();
+      for (char& c : what) c = c == '\n' || c == '\r' ? ' ' : c;
+      throw ConfigError(what);
+    }
+  }
+  return solids;
+}
+
+}  // namespace mimesis::robot

@@ -1,0 +1,19 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/robot/cover_balls.h"
+
+namespace mimesis::robot {
+
+/// Solids of the <collision> elements of these links of a URDF; links without any are left out.
+/// Meshes may be STL, OBJ, Collada and whatever else assimp reads; a Collada file's up axis is
+/// ignored, as in ROS, its unit is not. "package://NAME/PATH" is PATH in the folder NAME that holds
+/// the URDF or lies in a folder around it, or in one of $ROS_PACKAGE_PATH; other names count from
+/// the URDF's folder.
+/// @throws ConfigError "FILE: link 'L': what, expected ..." in one line
+std::map<std::string, std::vector<Solid>> collision_solids(const std::string& urdf_file,
+                                                           const std::vector<std::string>& links);
+
+}  // namespace mimesis::robot

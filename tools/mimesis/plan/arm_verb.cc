@@ -1,0 +1,120 @@
+// `mimesis plan arm`: the safety balls of an arm, and how much more than its geometry they are.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/model/arm_cover.h"
+#include "tools/mimesis/table.h"
+#include "tools/mimesis/verb.h"
+
+namespace mimesis::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct ArmOptions {
+  std::string robot;
+  bool json = false, yaml = false;
+};
+
+Json json_of(const model::CoveredArm& covered) {
+  Json report{{"arm", covered.arm.name},
+              {"joints", covered.arm.dof()},
+              {"balls", covered.arm.balls.size()},
+              {"links", Json::array()},
+              {"touching_at_home", covered.touching_at_home}};
+  for (const model::LinkBalls& link : covered.links) {
+    Json row{{"link", link.link},
+             {"group", covered.arm.groups[static_cast<std::size_t>(link.group)]},
+             {"fitted", link.fitted},
+             {"balls", link.balls.size()}};
+    if (link.over) {
+      row["reach_m"] = link.over->reach_m;
+      row["solid_m3"] = link.over->solid_m3;
+      row["balls_m3"] = link.over->balls_m3;
+      row["bare_m3"] = link.over->bare_m3;
+    }
+    report["links"].push_back(row);
+  }
+  return report;
+}
+
+void print_table(const model::CoveredArm& covered) {
+  Table table({"link", "group", "balls", "reach out [mm]", "volume ratio", "bare [%]"});
+  for (const model::LinkBalls& link : covered.links) {
+    std::vector<std::string> row{
+        link.link,
+        covered.arm.groups[static_cast<std::size_t>(link.group)],
+        fmt::format("{} {}", link.balls.size(), link.fitted ? "fitted" : "given"),
+        "-",
+        "-",
+        "-"};
+    if (link.over) {
+      const robot::OverCoverage& over = *link.over;
+      row[3] = fmt::format("{:.1f}", 1e3 * over.reach_m);
+      if (over.solid_m3 > 0.0) {
+        row[4] = fmt::format("{:.2f}", over.balls_m3 / over.solid_m3);
+        row[5] = fmt::format("{:.2f}", 100.0 * over.bare_m3 / over.solid_m3);
+      }
+    }
+    table.row(std::move(row));
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+  fmt::print("{} balls\n", covered.arm.balls.size());
+  for (const auto& [a, b] : covered.touching_at_home)
+    fmt::print("not checked against each other, as their balls touch at home: {}, {}\n", a, b);
+}
+
+/// The balls as an arm's file gives them.
+void print_yaml(const model::CoveredArm& covered) {
+  fmt::print("balls:\n");
+  for (const model::LinkBalls& link : covered.links) {
+    const bool frame = link.link.starts_with("frame ");
+    for (const robot::CoverBall& b : link.balls) {
+      fmt::print("  - {{{}, group: {}, center_m: [{:.6f}, {:.6f}, {:.6f}], radius_m: {:.6f}}}\n",
+                 frame ? "frame: " + link.link.substr(6) : "link: " + link.link,
+                 covered.arm.groups[static_cast<std::size_t>(link.group)], b.center.x(),
+                 b.center.y(), b.center.z(), b.radius + 1e-6);  // what the digits leave out
+    }
+  }
+}
+
+int show(const ArmOptions& o) {
+  const model::CoveredArm covered = model::load_covered_arm(o.robot);
+  if (o.json) {
+    fmt::print("{}\n", json_of(covered).dump());
+  } else if (o.yaml) {
+    print_yaml(covered);
+  } else {
+    print_table(covered);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_plan(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("plan", "Plans a motion or a task of an arm");
+  verb->require_subcommand(1);
+  auto o = std::make_shared<ArmOptions>();
+  CLI::App* sub = verb->add_subcommand(
+      "arm", "Shows an arm's safety balls, and how far they reach out of its geometry");
+  sub->add_option("ROBOT", o->robot, "Arm, a file as models/lwr4.yaml")->required();
+  sub->add_flag("--json", o->json,
+                "One object: arm, joints, balls, links [{link, group, fitted, balls, reach_m, "
+                "solid_m3, balls_m3, bare_m3}], touching_at_home");
+  sub->add_flag("--yaml", o->yaml, "The balls as an arm's file gives them: no more fitting then");
+  sub->footer(
+      "Of links with collision geometry: how far a ball reaches out of it at most, volume of the "
+      "balls by that of the geometry, share of the geometry that is in no ball (0 of fitted "
+      "ones).\n"
+      "Exit codes: 0 done, 2 usage or a file that is wrong.\n"
+      "Examples:\n  mimesis plan arm lwr4.yaml");
+  sub->callback([o, &exit_code] { exit_code = show(*o); });
+}
+
+}  // namespace mimesis::tool
