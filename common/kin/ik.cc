@@ -44,7 +44,8 @@ std::optional<Eigen::VectorXd> solve_ik(const ArmModel& arm, const IkGoal& goal,
   Eigen::VectorXd e(rows);
   Eigen::MatrixXd J(rows, arm.dof());
 
-  for (int iteration = 0; iteration <= options.max_iterations; ++iteration) {
+  for (int iteration = 0; iteration <= options.max_iterations && !options.interrupt.now();
+       ++iteration) {
     const Eigen::Isometry3d X_WE = end_effector(arm, q);
     const Eigen::Matrix<double, 6, Eigen::Dynamic> J_E = jacobian(arm, q);
     e.head<3>() = goal.position_in_W - X_WE.translation();
@@ -75,7 +76,7 @@ std::vector<Eigen::VectorXd> solve_ik_anywhere(const ArmModel& arm, const IkGoal
   std::mt19937_64 generator(seed);
   std::vector<Eigen::VectorXd> solutions;
   Eigen::VectorXd start(arm.dof());
-  for (int i = 0; i < attempts; ++i) {
+  for (int i = 0; i < attempts && !options.interrupt.told(); ++i) {
     for (Eigen::Index j = 0; j < start.size(); ++j) {
       start[j] = arm.q_min[j] + (arm.q_max[j] - arm.q_min[j]) * uniform(generator);
     }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/interrupt.h"
 #include "common/kin/arm.h"
 
 namespace mimesis::kin {
@@ -26,6 +27,7 @@ struct IkOptions {
   double position_tolerance = 1e-5;  ///< [m]
   double angle_tolerance = 1e-4;     ///< largest error of each axis [rad]
   double limit_margin = 0.01;        ///< solutions stay this far inside the joint limits [rad]
+  Interrupt interrupt{};             ///< asked in each iteration; ends without a solution
 };
 
 /// Solves for `goal` from posture `start` (n, [rad]), within the joint limits. Levenberg-Marquardt

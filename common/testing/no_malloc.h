@@ -13,4 +13,7 @@ class NoMalloc {
   NoMalloc& operator=(const NoMalloc&) = delete;
 };
 
+/// Number of allocations on this thread so far; 0 under sanitizers.
+std::uint64_t allocations();
+
 }  // namespace mimesis::testing

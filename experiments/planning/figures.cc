@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "common/model/files.h"
 #include "experiments/planning/pictures.h"
-#include "nodes/planner/task_plan.h"
+#include "nodes/planner/path_search.h"
 
 namespace mimesis::planner {
 namespace {
@@ -29,83 +30,9 @@ using reproduce::published;
 using reproduce::Report;
 using PlotDir = Figure::PlotDir;
 
-constexpr double kMargin = 0.002;  // [m]
-constexpr int kNodes = 1500;       // of the planar arm
+constexpr int kNodes = 1500;
 constexpr int kNeighbours = 4;
 constexpr double kWindow_rad = 0.5;  // about the smallest obstacle in C-space
-
-/// Balls of the arm in W, and which of them are nearer to obstacles than they may be.
-struct PlacedBalls {
-  std::vector<kin::Ball> balls;
-  std::vector<char> touches;
-  double gap_m = INFINITY;  ///< least, to obstacles and among own pairs
-};
-
-/// Pair by pair, in double precision: not the kernel of the planner.
-PlacedBalls place(const kin::ArmModel& arm, const VectorXd& q, const Obstacles& obstacles) {
-  PlacedBalls out;
-  std::vector<Eigen::Isometry3d> X;
-  Eigen::Matrix3Xd centers;
-  kin::forward(arm, q, X);
-  kin::ball_centers(arm, X, centers);
-  std::vector<kin::SafetyBall> all = arm.balls;
-  for (const kin::Ball& held : obstacles.held)
-    all.push_back({arm.dof(), -1, arm.X_LE * held.center, held.radius});
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Vector3d p = X[static_cast<std::size_t>(all[i].frame)] * all[i].center;
-    const bool held = all[i].group < 0;
-    double gap = INFINITY;
-    if (held || std::ranges::count(arm.env_groups, all[i].group) > 0) {
-      for (const kin::Ball& o : obstacles.balls)
-        gap = std::min(gap, (p - o.center).norm() - all[i].radius - o.radius);
-      const auto off = [&](const kin::Box& box) {
-        gap = std::min(gap, ((p - box.center).cwiseAbs() - box.half_extent).cwiseMax(0.0).norm() -
-                                all[i].radius);
-      };
-      std::ranges::for_each(obstacles.boxes, off);
-      if (!held) std::ranges::for_each(obstacles.supports, off);
-    }
-    out.balls.push_back({p, all[i].radius});
-    out.touches.push_back(gap < 0.0);
-    out.gap_m = std::min(out.gap_m, gap);
-  }
-  for (std::size_t a = 0; a < arm.balls.size(); ++a) {
-    for (std::size_t b = 0; b < arm.balls.size(); ++b) {
-      const std::pair groups(arm.balls[a].group, arm.balls[b].group);
-      if (std::ranges::count(arm.self_pairs, groups) == 0) continue;
-      out.gap_m = std::min(out.gap_m, (out.balls[a].center - out.balls[b].center).norm() -
-                                          out.balls[a].radius - out.balls[b].radius);
-    }
-  }
-  return out;
-}
-
-/// The arm among its obstacles, seen along y (or, for planar arms, z).
-Panel posture_panel(const std::string& title, const kin::ArmModel& arm, const VectorXd& q,
-                    const Obstacles& obstacles, Index up, const std::string& settings) {
-  const PlacedBalls placed = place(arm, q, obstacles);
-  Data free, touching, around, boxes;
-  for (std::size_t i = 0; i < placed.balls.size(); ++i) {
-    const auto& [c, r] = placed.balls[i];
-    (placed.touches[i] ? touching : free).rows.push_back({c.x(), c[up], r});
-  }
-  for (const kin::Ball& o : obstacles.balls)
-    around.rows.push_back({o.center.x(), o.center[up], o.radius});
-  for (const auto* list : {&obstacles.boxes, &obstacles.supports}) {
-    for (const kin::Box& b : *list) {
-      if (b.name == "closed passage") continue;
-      boxes.rows.push_back({b.center.x(), b.center[up], b.half_extent.x(), b.half_extent[up]});
-    }
-  }
-  return {title,
-          {{boxes, fmt::format("using 1:2:3:4 with boxxyerror lc rgb '{}'", kGrey)},
-           {around, rings(kYellow)},
-           {free, rings(kBlue)},
-           {touching, rings(kRed)}},
-          settings};
-}
-
-// --- the planar arm, figures 2.7 and 2.9 to 2.14
 
 struct Planar {
   kin::ArmModel arm = model::load_arm("planar2.yaml");
@@ -501,192 +428,21 @@ Report fig_2_14(const PlotDir& dir) {
   return report;
 }
 
-// --- arms at the bridge, figures 2.6, 2.8, 2.15, 2.16
-
-constexpr const char* kSide =
-    "set xlabel 'x [m]'\nset ylabel 'z [m]'\nset xrange [-0.5:1.2]\nset yrange [-0.1:1.3]";
-
-Report fig_2_6(const PlotDir& dir) {
-  const kin::ArmModel arm = model::load_arm("rx90.yaml");
-  const kin::Table table = model::load_table("bridge_table.yaml");
-  const Obstacles obstacles{table.balls, table.boxes, {}, {}};
-  CollisionChecker checker(arm, obstacles, 0.0);
-  Report report;
-  const MatrixXd postures = sample_box(arm.q_min, arm.q_max, 4000, 6);
-  const auto free = checker.free_columns(postures);
-  int otherwise = 0;
-  VectorXd prohibited;
-  for (Index i = 0; i < postures.cols(); ++i) {
-    const PlacedBalls placed = place(arm, postures.col(i), obstacles);
-    const bool is_free = free[static_cast<std::size_t>(i)] != 0;
-    otherwise += std::abs(placed.gap_m) > 2e-5 && is_free != (placed.gap_m > 0.0);
-    const PlacedBalls bridge = place(arm, postures.col(i), {table.balls, {}, {}, {}});
-    if (prohibited.size() == 0 && std::ranges::count(bridge.touches, 1) > 2 &&
-        place(arm, postures.col(i), {{}, table.boxes, {}, {}}).gap_m > 0.0)
-      prohibited = postures.col(i);
-  }
-  report.rows.push_back(near("postures judged otherwise than pair by pair", otherwise,
-                             closed_form(0.0, "distance below the sum of the radii"), 0.0, "1",
-                             "4000 postures, rounding of 20 um left out"));
-  report.rows.push_back(holds("panel A: a posture is prohibited by the bridge alone",
-                              prohibited.size() > 0 && !checker.free(prohibited),
-                              published("figure 2.6")));
-  VectorXd target;
-  double off = INFINITY;
-  for (const kin::IkGoal& grasp :
-       grasp_goals(Grip::precision, table.goals[0].position, table.object_height, 0.02)) {
-    for (const VectorXd& q : kin::solve_ik_anywhere(arm, grasp, 60, 1)) {
-      if (!checker.free(q)) continue;
-      const double here = (kin::end_effector(arm, q).translation() - grasp.position_in_W).norm();
-      if (here < off) target = q;
-      off = std::min(off, here);
-    }
-  }
-  report.rows.push_back(at_most("panel B: gripper from its place at the target", 1e3 * off,
-                                goal(0.1), "mm", "and no ball touches"));
-  if (target.size() > 0)
-    draw(report, dir, "fig-2.6", 2,
-         {posture_panel("A: prohibited", arm, prohibited, obstacles, 2, kSide),
-          posture_panel("B: target", arm, target, obstacles, 2, kSide)});
-  return report;
-}
-
-Report fig_2_8(const PlotDir& dir) {
-  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  const kin::Table table = model::load_table("bridge_table.yaml");
-  constexpr int kStarts = 10, kPostures = 15;
-  Report report;
-  const MatrixXd starts = sample_box(arm.q_min, arm.q_max, kStarts, 2);
-  const kin::IkGoal target =
-      grasp_goals(Grip::precision, table.object, table.object_height, 0.02)[0];
-  int postures = 0, half_way = 0;
-  double off_line = 0.0;
-  Data hands, elbows;
-  for (Index i = 0; i < starts.cols(); ++i) {
-    const auto way = reaching_postures(arm, starts.col(i), target, kPostures);
-    const Vector3d from = kin::end_effector(arm, starts.col(i)).translation();
-    const Vector3d along = (target.position_in_W - from).normalized();
-    for (const VectorXd& q : way) {
-      const Vector3d hand = kin::end_effector(arm, q).translation();
-      off_line = std::max(off_line, (hand - from - along * along.dot(hand - from)).norm());
-      hands.rows.push_back({hand.x(), hand.z()});
-      std::vector<Eigen::Isometry3d> X;
-      kin::forward(arm, q, X);
-      elbows.rows.push_back({X[3].translation().x(), X[3].translation().z()});
-    }
-    postures += static_cast<int>(way.size());
-    half_way += 2 * static_cast<int>(way.size()) > kPostures;
-  }
-  report.rows.push_back(reproduce::beside(
-      "postures of the reaches to a target", postures, published(150, "2.3.2: 10 paths of 15"), "1",
-      "ours keep the hand on a straight line and end at limits of joints; the thesis' curve"));
-  report.rows.push_back(
-      at_least("reaches of more than half of the way", half_way, goal(5), "1",
-               "of 10 from anywhere in the joint space; the goal was set after measuring"));
-  report.rows.push_back(near("hands off the straight line to the target", 1e3 * off_line,
-                             closed_form(0.0, "reaches are straight in the workspace"), 0.05, "mm",
-                             "tolerance of the inverse kinematics"));
-  draw(report, dir, "fig-2.8", 1,
-       {{"postures produced by inverse kinematics: hands red, elbows blue",
-         {{elbows, dots(kBlue, 0.7)}, {hands, dots(kRed, 0.7)}},
-         "set xlabel 'x [m]'\nset ylabel 'z [m]'\nset xrange [-1.2:1.2]\nset yrange [-0.8:1.4]"}});
-  return report;
-}
-
-/// One task: rows that say whether it was done as decided, and a row of snapshots.
-void add_task(Report& report, std::vector<Panel>& panels, const kin::ArmModel& arm,
-              const kin::Table& table, const Roadmap& roadmap, const TaskSettings& settings,
-              const Task& task, const std::string& where) {
-  const std::string name =
-      std::string(task.grip == Grip::full ? "full grip, " : "precision grip, ") +
-      (task.transport == Transport::below ? "below" : "above") + " the bridge, " + task.goal +
-      " goal";
-  const auto plan = plan_task(arm, table, roadmap, arm.home, task, settings);
-  report.rows.push_back(holds(name + ": planned", plan.has_value(), published(where),
-                              plan ? "" : plan.error().reason));
-  if (!plan) return;
-  double gap = INFINITY, over_bar = 0.0;
-  int crossings = 0;
-  std::vector<std::pair<const PlannedMotion*, Index>> shown;
-  for (const PlannedMotion& motion : plan->motions) {
-    const MatrixXd& q = motion.trajectory.position;
-    for (Index k = 0; k < q.cols(); ++k) {
-      gap = std::min(gap, place(arm, q.col(k), motion.obstacles).gap_m);
-      if (motion.phase != Phase::transport || k == 0) continue;
-      const Vector3d a = kin::end_effector(arm, q.col(k - 1)).translation() - table.bridge_center,
-                     b = kin::end_effector(arm, q.col(k)).translation() - table.bridge_center;
-      if ((a.x() < 0.0) == (b.x() < 0.0)) continue;
-      ++crossings;
-      over_bar = b.z();
-    }
-    if (motion.phase == Phase::transport)
-      for (const Index part : {0, 1, 2}) shown.emplace_back(&motion, part * (q.cols() - 1) / 2);
-  }
-  const bool above = task.transport == Transport::above;
-  report.rows.push_back(holds(name + ": the hand passes " + (above ? "over" : "under") + " the bar",
-                              crossings == 1 && (over_bar > 0.0) == above, published(where)));
-  report.rows.push_back(at_least(name + ": least distance", 1e3 * gap, goal(1e3 * kMargin - 0.02),
-                                 "mm", "every sample, pair by pair; 20 um for the rounding"));
-  for (const std::size_t i : {0u, 3u, 4u, 5u}) {
-    if (i >= shown.size()) continue;
-    const auto& [motion, k] = shown[i];
-    panels.push_back(posture_panel(i == 0 ? name : "", arm, motion->trajectory.position.col(k),
-                                   motion->obstacles, 2, kSide));
-  }
-}
-
-struct Mounted {
-  Task task;
-  double base_z_m;
-};
-
-Report at_the_bridge(const PlotDir& dir, const std::string& figure, const std::string& robot,
-                     const std::vector<Mounted>& all, const std::string& where) {
-  kin::ArmModel arm = model::load_arm(robot);
-  const kin::Table table = model::load_table("bridge_table.yaml");
-  TaskSettings settings;
-  settings.margin_m = kMargin;
-  Report report;
-  std::vector<Panel> panels;
-  for (const Mounted& one : all) {
-    arm.X_WB.translation().z() = one.base_z_m;
-    const Roadmap roadmap = prepare_roadmap(arm, table, settings);
-    add_task(report, panels, arm, table, roadmap, settings, one.task, where);
-  }
-  if (!panels.empty()) draw(report, dir, figure, 4, panels);
-  return report;
-}
-
-const Task kBelow{Grip::full, Transport::below, "low"},
-    kAbove{Grip::precision, Transport::above, "high"};
-// From above, this table's object and high goal are in reach of the Amtec arm's elbow only if it
-// stands higher [2.3.2: "in different mounting configurations"].
-constexpr double kLowMount_m = 0.1, kHighMount_m = 0.45;
-
 }  // namespace
 
 std::vector<Figure> figures() {
-  const auto fig_2_15 = [](const PlotDir& dir) {
-    return at_the_bridge(dir, "fig-2.15", "lwa7.yaml",
-                         {{kBelow, kLowMount_m}, {kAbove, kHighMount_m}}, "figure 2.15");
-  };
-  const auto fig_2_16 = [](const PlotDir& dir) {
-    return at_the_bridge(dir, "fig-2.16", "lwr4.yaml", {{kBelow, 0.0}, {kAbove, 0.0}},
-                         "figure 2.16");
-  };
-  return {
-      {"fig-2.6", "RX90: prohibited and target posture", "M18", {1, 1, 0, 1}, fig_2_6},
+  std::vector<Figure> all{
       {"fig-2.7", "Planar arm: workspace and C-space", "M18", {2, 2, 0, 0}, fig_2_7},
-      {"fig-2.8", "Postures produced by inverse kinematics", "M18", {1, 1, 0, 1}, fig_2_8},
       {"fig-2.9", "Shift of inhibited nodes in the testing window", "M18", {1, 1, 0, 1}, fig_2_9},
       {"fig-2.10", "Off-line refinement, iteration by iteration", "M18", {3, 1, 0, 0}, fig_2_10},
       {"fig-2.11", "Symmetric links to 2, 6 and 20 neighbours", "M18", {1, 1, 0, 1}, fig_2_11},
       {"fig-2.12", "Removal of long links", "M18", {1, 1, 0, 0}, fig_2_12},
       {"fig-2.13", "Links between clusters", "M18", {1, 1, 0, 0}, fig_2_13},
       {"fig-2.14", "The path before and after on-line refinement", "M18", {1, 1, 0, 1}, fig_2_14},
-      {"fig-2.15", "Amtec arm below and above the bridge", "M18", {4, 0, 0, 2}, fig_2_15},
-      {"fig-2.16", "KUKA arm below and above the bridge", "M18", {4, 0, 0, 2}, fig_2_16},
   };
+  std::ranges::move(bridge_figures(), std::back_inserter(all));
+  std::ranges::sort(all, {}, [](const Figure& f) { return std::stoi(f.name.substr(6)); });
+  return all;
 }
 
 }  // namespace mimesis::planner

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace mimesis::planner {
@@ -62,6 +63,68 @@ plot::Data link_lines(const Eigen::MatrixXd& nodes, const Linkage& links) {
     }
   }
   return out;
+}
+
+PlacedBalls place(const kin::ArmModel& arm, const Eigen::VectorXd& q, const Obstacles& obstacles) {
+  PlacedBalls out;
+  std::vector<Eigen::Isometry3d> X;
+  Eigen::Matrix3Xd centers;
+  kin::forward(arm, q, X);
+  kin::ball_centers(arm, X, centers);
+  std::vector<kin::SafetyBall> all = arm.balls;
+  for (const kin::Ball& held : obstacles.held)
+    all.push_back({arm.dof(), -1, arm.X_LE * held.center, held.radius});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Eigen::Vector3d p = X[static_cast<std::size_t>(all[i].frame)] * all[i].center;
+    const bool held = all[i].group < 0;
+    double gap = INFINITY;
+    if (held || std::ranges::count(arm.env_groups, all[i].group) > 0) {
+      for (const kin::Ball& o : obstacles.balls)
+        gap = std::min(gap, (p - o.center).norm() - all[i].radius - o.radius);
+      const auto off = [&](const kin::Box& box) {
+        gap = std::min(gap, ((p - box.center).cwiseAbs() - box.half_extent).cwiseMax(0.0).norm() -
+                                all[i].radius);
+      };
+      std::ranges::for_each(obstacles.boxes, off);
+      if (!held) std::ranges::for_each(obstacles.supports, off);
+    }
+    out.balls.push_back({p, all[i].radius});
+    out.touches.push_back(gap < 0.0);
+    out.gap_m = std::min(out.gap_m, gap);
+  }
+  for (std::size_t a = 0; a < arm.balls.size(); ++a) {
+    for (std::size_t b = 0; b < arm.balls.size(); ++b) {
+      const std::pair groups(arm.balls[a].group, arm.balls[b].group);
+      if (std::ranges::count(arm.self_pairs, groups) == 0) continue;
+      out.gap_m = std::min(out.gap_m, (out.balls[a].center - out.balls[b].center).norm() -
+                                          out.balls[a].radius - out.balls[b].radius);
+    }
+  }
+  return out;
+}
+
+Panel posture_panel(const std::string& title, const kin::ArmModel& arm, const Eigen::VectorXd& q,
+                    const Obstacles& obstacles, Eigen::Index up, const std::string& settings) {
+  const PlacedBalls placed = place(arm, q, obstacles);
+  plot::Data free, touching, around, boxes;
+  for (std::size_t i = 0; i < placed.balls.size(); ++i) {
+    const auto& [c, r] = placed.balls[i];
+    (placed.touches[i] ? touching : free).rows.push_back({c.x(), c[up], r});
+  }
+  for (const kin::Ball& o : obstacles.balls)
+    around.rows.push_back({o.center.x(), o.center[up], o.radius});
+  for (const auto* list : {&obstacles.boxes, &obstacles.supports}) {
+    for (const kin::Box& b : *list) {
+      if (b.name == "closed passage") continue;
+      boxes.rows.push_back({b.center.x(), b.center[up], b.half_extent.x(), b.half_extent[up]});
+    }
+  }
+  return {title,
+          {{boxes, fmt::format("using 1:2:3:4 with boxxyerror lc rgb '{}'", kGrey)},
+           {around, rings(kYellow)},
+           {free, rings(kBlue)},
+           {touching, rings(kRed)}},
+          settings};
 }
 
 }  // namespace mimesis::planner

@@ -35,4 +35,18 @@ std::string dots(const char* color, double size = 0.35);
 std::string rings(const char* color);
 std::string lines(const char* color, double width);
 
+/// Balls of the arm in W, and which of them are nearer to obstacles than they may be.
+struct PlacedBalls {
+  std::vector<kin::Ball> balls;
+  std::vector<char> touches;
+  double gap_m = INFINITY;  ///< least, to obstacles and among own pairs
+};
+
+/// Pair by pair, in double precision: not the kernel of the planner.
+PlacedBalls place(const kin::ArmModel& arm, const Eigen::VectorXd& q, const Obstacles& obstacles);
+
+/// The arm among its obstacles, seen along y (or, for planar arms, z).
+Panel posture_panel(const std::string& title, const kin::ArmModel& arm, const Eigen::VectorXd& q,
+                    const Obstacles& obstacles, Eigen::Index up, const std::string& settings);
+
 }  // namespace mimesis::planner

@@ -415,6 +415,7 @@ std::array<float, 3> floats(const Eigen::Vector3d& v) {
 BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m)
     : margin_(static_cast<float>(margin_m)) {
   MIMESIS_ASSERT(static_cast<std::size_t>(arm.dof()) <= kMostJoints);
+  steps_.reserve(arm.links.size());
   Eigen::Isometry3d rest = Eigen::Isometry3d::Identity();
   const Eigen::Matrix3d by_90 = Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitX()).matrix();
   for (const kin::DhLink& link : arm.links) {
@@ -436,6 +437,7 @@ BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
   const auto broadcast = [](const Eigen::Vector3f& v) {
     return Place{v.x() - Lanes{}, v.y() - Lanes{}, v.z() - Lanes{}};
   };
+  twists_.front() = Twist();
   const Eigen::Isometry3f base = arm.X_WB.cast<float>();
   frames_[0] = {broadcast(base.linear().col(0)), broadcast(base.linear().col(1)),
                 broadcast(base.linear().col(2)), broadcast(base.translation())};
@@ -475,6 +477,9 @@ void BatchChecker::bound_reach(const kin::ArmModel& arm, Cluster& cluster) const
 
 void BatchChecker::add_arm(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m) {
   std::vector<ArmBall> balls;
+  balls.reserve(arm.balls.size() + obstacles.held.size());
+  balls_.reserve(balls.capacity());
+  clusters_.reserve(arm.links.size() + 2);
   const auto add = [&](int frame, int group, bool held, bool env, const Eigen::Vector3d& p,
                        double r) {
     const auto f = static_cast<std::size_t>(frame);
@@ -535,6 +540,9 @@ void BatchChecker::add_obstacles(const Obstacles& obstacles) {
     double r;
   };
   std::vector<Given> all;
+  all.reserve(obstacles.balls.size());
+  obstacles_.reserve(obstacles.balls.size());
+  groups_.reserve(obstacles.balls.size() / 2 + 1);
   for (const auto& ball : obstacles.balls) all.push_back({ball.center, ball.radius});
   if (!all.empty()) {
     split(all, 0, all.size(), kMostInGroup, [&](std::size_t from, std::size_t to) {

@@ -123,9 +123,9 @@ class BatchChecker {
   std::vector<Cuboid> boxes_, supports_;
 
   // Scratch, of the postures at hand.
-  std::array<Frame, kMostJoints + 1> frames_{};  // the axes of the joints: turned by them
-  std::array<Twist, kMostJoints + 1> twists_{};
-  PerJoint squares_{};               // |δⱼ| (|δⱼ| + 2 Σᵢ﹤ⱼ |δᵢ|)
+  std::array<Frame, kMostJoints + 1> frames_;  // the axes of the joints: turned by them
+  std::array<Twist, kMostJoints + 1> twists_;
+  PerJoint squares_;                 // |δⱼ| (|δⱼ| + 2 Σᵢ﹤ⱼ |δᵢ|)
   std::vector<Place> centers_, at_;  // of clusters, of balls
   std::vector<char> placed_;         // clusters whose balls are
   std::vector<PerJoint> bounds_;     // [cluster][relative to frame]

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace mimesis::planner {
 namespace {
@@ -163,10 +164,16 @@ std::string in_words(const kin::Box& box) {
 }
 
 CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
-                                   double margin_m)
-    : arm_(arm), obstacles_(obstacles), batch_(arm, obstacles, margin_m) {}
+                                   double margin_m, Interrupt interrupt)
+    : arm_(arm),
+      obstacles_(obstacles),
+      batch_(arm, obstacles, margin_m),
+      interrupt_(std::move(interrupt)) {
+  line_parts_.reserve(8 * kLanes);
+}
 
 bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  if (interrupt_.now()) return false;
   for (Eigen::Index j = 0; j < q.size(); ++j)
     lanes_.q[static_cast<std::size_t>(j)] = static_cast<float>(q[j]) - Lanes{};
   ++postures_;
@@ -176,7 +183,7 @@ bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
 std::vector<char> CollisionChecker::free_columns(
     const Eigen::Ref<const Eigen::MatrixXd>& postures) {
   std::vector<char> free(static_cast<std::size_t>(postures.cols()));
-  for (Eigen::Index first = 0; first < postures.cols(); first += kLanes) {
+  for (Eigen::Index first = 0; first < postures.cols() && !interrupt_.now(); first += kLanes) {
     for (int lane = 0; lane < kLanes; ++lane) {
       const Eigen::Index column = std::min(first + lane, postures.cols() - 1);
       for (Eigen::Index j = 0; j < postures.rows(); ++j)
@@ -185,8 +192,8 @@ std::vector<char> CollisionChecker::free_columns(
     const std::uint32_t touches = batch_.judge(lanes_).touches;
     for (int lane = 0; lane < kLanes && first + lane < postures.cols(); ++lane)
       free[static_cast<std::size_t>(first + lane)] = (touches >> lane & 1u) == 0;
+    postures_ += std::min<Eigen::Index>(kLanes, postures.cols() - first);
   }
-  postures_ += postures.cols();
   return free;
 }
 
@@ -196,6 +203,7 @@ template <class Motion>
 bool CollisionChecker::certify_parts(const Motion& motion, std::vector<typename Motion::Part>& open,
                                      long most) {
   for (std::size_t next = 0; next < open.size();) {
+    if (interrupt_.now()) return false;
     const std::size_t count = std::min<std::size_t>(kLanes, open.size() - next);
     for (int lane = 0; lane < kLanes; ++lane)
       motion.place(open[next + std::min(static_cast<std::size_t>(lane), count - 1)], lanes_, lane);
@@ -223,6 +231,7 @@ bool CollisionChecker::certify(const Eigen::Ref<const Eigen::VectorXd>& a,
 
 bool CollisionChecker::seems_free(const Eigen::Ref<const Eigen::VectorXd>& a,
                                   const Eigen::Ref<const Eigen::VectorXd>& b) {
+  if (interrupt_.now()) return false;
   for (Eigen::Index j = 0; j < a.size(); ++j) {
     const auto from = static_cast<float>(a[j]), way = static_cast<float>(b[j] - a[j]);
     lanes_.q[static_cast<std::size_t>(j)] =

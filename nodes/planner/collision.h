@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/interrupt.h"
 #include "nodes/planner/batch_checker.h"
 
 namespace mimesis::planner {
@@ -38,11 +39,14 @@ struct Stops {
 /// Motions are certified, not sampled: a part of the motion whose joints stay within ±δⱼ of a
 /// middle posture is free if BatchChecker proves it; else it is divided. Parts are judged kLanes at
 /// a time, the coarse ones first, so that most motions that touch are refused by the first batch.
+///
+/// Before each batch `interrupt` is asked: once it has said yes nothing is free, and no motion.
 class CollisionChecker {
  public:
   /// The arm is not copied: it must outlive the checker.
-  CollisionChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m);
-  CollisionChecker(kin::ArmModel&&, const Obstacles&, double) = delete;
+  CollisionChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
+                   Interrupt interrupt = {});
+  CollisionChecker(kin::ArmModel&&, const Obstacles&, double, Interrupt = {}) = delete;
 
   /// No ball touches anything at posture q (n) [rad]. Does not allocate.
   bool free(const Eigen::Ref<const Eigen::VectorXd>& q);
@@ -64,6 +68,7 @@ class CollisionChecker {
   bool certify_stops(const Stops& stops);
 
   const kin::ArmModel& arm() const { return arm_; }
+  const Interrupt& interrupt() const { return interrupt_; }
   /// since construction, whole motions included
   long postures_checked() const { return postures_; }
 
@@ -74,7 +79,8 @@ class CollisionChecker {
   const kin::ArmModel& arm_;
   Obstacles obstacles_;
   BatchChecker batch_;
-  BatchChecker::Postures lanes_{};
+  Interrupt interrupt_;
+  BatchChecker::Postures lanes_;                  // scratch
   std::vector<std::array<float, 2>> line_parts_;  // scratch
   long postures_ = 0;
 };

@@ -20,12 +20,13 @@ class MovePlanner {
         held_(!request.held.empty()),
         around_(obstacles(request, false)),
         leaving_(obstacles(request, true)),
-        checker_(arm, around_, settings.margin_m) {}
+        checker_(arm, around_, settings.margin_m, settings.interrupt) {}
 
   tl::expected<TaskPlan, Status> plan(const Move& move, Eigen::VectorXd start) {
     for (std::size_t i = 0; i <= move.via.size(); ++i) {
       const bool last = i == move.via.size();
       const std::string what = last ? "the goal" : fmt::format("place {} of the way", i + 1);
+      settings_.interrupt.enter(fmt::format("postures at {} were sought", what));
       Way fitting;
       for (const Place& place : last ? move.goals : std::vector{move.via[i]}) {
         const Way some = postures(place);
@@ -74,7 +75,7 @@ class MovePlanner {
   Way postures(const Place& place) const {
     if (place.q.size() > 0) return {place.q};
     return kin::solve_ik_anywhere(arm_, {place.hand, {}}, settings_.ik_attempts,
-                                  settings_.roadmap.seed);
+                                  settings_.roadmap.seed, {.interrupt = settings_.interrupt});
   }
 
   /// Straight away from what the arm touches at `start`; empty if it touches nothing, or there is
@@ -85,9 +86,10 @@ class MovePlanner {
         held_ ? Eigen::Vector3d(0.0, 0.0, settings_.lift_m)
               : Eigen::Vector3d(-settings_.approach_m *
                                 kin::end_effector(arm_, start).linear().col(2));
-    auto way = straight_way(arm_, start, moved_hand(arm_, start, by), kStraight_m);
+    auto way =
+        straight_way(arm_, start, moved_hand(arm_, start, by), kStraight_m, settings_.interrupt);
     if (!way || !checker_.free(way->back())) return std::nullopt;
-    CollisionChecker leaving(arm_, leaving_, settings_.margin_m);
+    CollisionChecker leaving(arm_, leaving_, settings_.margin_m, settings_.interrupt);
     for (std::size_t i = 1; i < way->size(); ++i) {
       if (!leaving.certify((*way)[i - 1], (*way)[i])) return std::nullopt;
     }
@@ -99,6 +101,7 @@ class MovePlanner {
     Way open = places_[index].postures;
     Status failure{"to " + places_[index].what + ": no path within the allowed effort"};
     bool found = false;
+    settings_.interrupt.enter(fmt::format("a path to {} was sought", places_[index].what));
     while (!open.empty() && legs_++ < kMostLegs) {
       auto leg = find_path(roadmap_, checker_, from, open, {}, settings_.search);
       if (!leg) {
@@ -120,6 +123,7 @@ class MovePlanner {
 
   bool add(TaskPlan& plan, const Way& way, const Obstacles& obstacles, double speed) const {
     if (path_length(way) < 1e-9) return true;
+    settings_.interrupt.enter("a motion was timed");
     auto motion = timed_motion(arm_, Phase::reach, way, obstacles, speed, settings_);
     if (!motion) return false;
     plan.path_length_rad += motion->length_rad;
@@ -142,8 +146,10 @@ class MovePlanner {
 
 tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap& roadmap,
                                          const PlanRequest& request, const TaskSettings& settings) {
-  return MovePlanner(arm, roadmap, request, settings)
-      .plan(std::get<Move>(request.what), request.start);
+  auto plan = MovePlanner(arm, roadmap, request, settings)
+                  .plan(std::get<Move>(request.what), request.start);
+  if (settings.interrupt.told()) return tl::unexpected(settings.interrupt.reason());
+  return plan;
 }
 
 tl::expected<TaskPlan, Status> plan_request(const kin::ArmModel& arm, const Roadmap& roadmap,

@@ -15,7 +15,8 @@ std::size_t at(int node) { return static_cast<std::size_t>(node); }
 /// `links_of(i)`: the links of node i.
 template <class LinksOf>
 Wave expanded(const LinksOf& links_of, std::span<const char> inhibited,
-              std::span<const double> cost, int start, std::span<const int> goals) {
+              std::span<const double> cost, int start, std::span<const int> goals,
+              const Interrupt& interrupt) {
   Wave wave{std::vector<double>(inhibited.size(), 0.0), std::vector<int>(inhibited.size(), -1),
             false};
   std::vector<int> front, next;
@@ -25,7 +26,7 @@ Wave expanded(const LinksOf& links_of, std::span<const char> inhibited,
     wave.v[at(goal)] = 1.0;
     front.push_back(goal);
   }
-  for (int t = 1; !front.empty() && wave.arrival[at(start)] < 0; ++t) {
+  for (int t = 1; !front.empty() && wave.arrival[at(start)] < 0 && !interrupt.now(); ++t) {
     // A node joins at the first step at which any neighbour is active, so all its active neighbours
     // joined one step before: the sum runs over the old front only.
     next.clear();
@@ -68,7 +69,8 @@ constexpr std::size_t kStraightTries = 4;  // goals, nearest first, tried on the
 /// The postures of one iteration of the on-line refinement: the path nodes and their active
 /// neighbours, for each path node and pair of its neighbours the mean of the three, and the middles
 /// of path links.
-std::vector<Eigen::VectorXd> refined_set(const Network& network, std::span<const int> path) {
+std::vector<Eigen::VectorXd> refined_set(const Network& network, std::span<const int> path,
+                                         const Interrupt& interrupt) {
   std::vector<int> kept(path.begin(), path.end());
   for (const int i : path) {
     for (const Link& link : network.links(i)) {
@@ -78,6 +80,7 @@ std::vector<Eigen::VectorXd> refined_set(const Network& network, std::span<const
   std::vector<Eigen::VectorXd> postures;
   for (const int i : kept) postures.push_back(network.node(i));
   for (const int i : path) {
+    if (interrupt.now()) break;
     const auto& links = network.links(i);
     for (std::size_t a = 0; a < links.size(); ++a) {
       for (std::size_t b = a + 1; b < links.size(); ++b) {
@@ -108,16 +111,17 @@ Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::Vector
     if (i < path_size || checker.free(postures[i])) local.nodes.col(count++) = postures[i];
   }
   local.nodes.conservativeResize(Eigen::NoChange, count);
-  local.links = connect(local.nodes, k);
+  local.links = connect(local.nodes, k, {}, checker.interrupt());
   return local;
 }
 
 }  // namespace
 
 Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
-                 std::span<const double> cost, int start, std::span<const int> goals) {
+                 std::span<const double> cost, int start, std::span<const int> goals,
+                 const Interrupt& interrupt) {
   return expanded([&](int i) -> std::span<const Link> { return links[at(i)]; }, inhibited, cost,
-                  start, goals);
+                  start, goals, interrupt);
 }
 
 std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start) {
@@ -127,6 +131,7 @@ std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start) 
 std::string why_inhibited(CollisionChecker& checker, std::span<const Eigen::VectorXd> postures) {
   std::map<std::string, std::pair<int, std::string>> by_obstacle;  // how often, the first contact
   for (const auto& q : postures) {
+    if (checker.interrupt().told()) break;
     const std::string contact = checker.contact(q).value_or("nothing touches");
     const auto verb = contact.find(" touches ");
     auto& [count, first] = by_obstacle[contact.substr(verb == std::string::npos ? 0 : verb)];
@@ -162,6 +167,8 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
   for (std::size_t i = 0; i < goals.size(); ++i)
     asked.col(1 + static_cast<Eigen::Index>(i)) = goals[i];
   const std::vector<char> free = checker.free_columns(asked);
+  const Interrupt& interrupt = checker.interrupt();
+  if (interrupt.told()) return tl::unexpected(interrupt.reason());
   if (!free.front())
     return tl::unexpected(
         Status{"the start posture is in collision: " + checker.contact(start).value_or("")});
@@ -176,9 +183,8 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
     return (goals[a] - start).norm() < (goals[b] - start).norm();
   });
 
-  const auto stopped = [&] { return settings.stop && settings.stop(); };
   const auto certify = [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-    return !stopped() && checker.certify(a, b);
+    return checker.certify(a, b);
   };
   FoundPath found;
   for (std::size_t i = 0; i < std::min(kStraightTries, open.size()); ++i) {
@@ -193,9 +199,12 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
     network.take(roadmap);
     const int begin = network.add(start, 2 * settings.neighbours);
     std::vector<int> ends;
-    for (const std::size_t i : open) ends.push_back(network.add(goals[i], 2 * settings.neighbours));
+    for (const std::size_t i : open) {
+      if (interrupt.told()) break;
+      ends.push_back(network.add(goals[i], 2 * settings.neighbours));
+    }
     int waves = settings.max_waves;
-    const std::vector<int> path = network.search(begin, ends, waves, settings.stop);
+    const std::vector<int> path = network.search(begin, ends, waves);
     found.waves = settings.max_waves - waves + 1;
     found.links_checked = network.links_checked();
     found.nodes = network.size();
@@ -204,12 +213,11 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
   if (found.waypoints.empty()) {
     std::vector<Eigen::VectorXd> ends;
     for (const std::size_t i : open) ends.push_back(goals[i]);
-    auto path = join_by_trees(
-        checker, start, ends,
-        {.max_branches = settings.max_branches, .seed = settings.seed, .stop = settings.stop});
+    auto path = join_by_trees(checker, start, ends,
+                              {.max_branches = settings.max_branches, .seed = settings.seed});
     if (!path) {
-      return tl::unexpected(Status{stopped() ? "stopped before a path was found"
-                                             : "no path within the allowed effort"});
+      return tl::unexpected(interrupt.told() ? interrupt.reason()
+                                             : Status{"no path within the allowed effort"});
     }
     found.waypoints = std::move(*path);
     found.by_trees = true;
@@ -217,8 +225,8 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
   found.goal = static_cast<int>(std::find(goals.begin(), goals.end(), found.waypoints.back()) -
                                 goals.begin());
   if (settings.shortcuts > 0)
-    found.waypoints =
-        shortened(std::move(found.waypoints), certify, settings.shortcuts, settings.seed);
+    found.waypoints = shortened(std::move(found.waypoints), certify, settings.shortcuts,
+                                settings.seed, interrupt);
   return found;
 }
 
@@ -231,7 +239,7 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
   auto best = find_one(roadmap, checker, start, goals, cost, settings);
   SearchSettings other = settings;
   for (int i = 0; best && best->waypoints.size() > 2 && i < settings.repeats; ++i) {
-    if (settings.stop && settings.stop()) break;
+    if (checker.interrupt().told()) break;
     ++other.seed;
     auto found = find_one(roadmap, checker, start, goals, cost, other);
     if (found && path_length(found->waypoints) < path_length(best->waypoints))
@@ -245,19 +253,20 @@ std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int
                                            const SearchSettings& settings) {
   std::vector<Eigen::VectorXd> best = postures_of(whole, path);
   if (settings.online_refinements == 0) return best;
-  std::vector<Eigen::VectorXd> set = refined_set(whole, path);
-  for (int iteration = 0; iteration < settings.online_refinements; ++iteration) {
+  std::vector<Eigen::VectorXd> set = refined_set(whole, path, checker.interrupt());
+  for (int iteration = 0; iteration < settings.online_refinements && !checker.interrupt().now();
+       ++iteration) {
     const Roadmap around = local_roadmap(checker, set, path.size(), settings.neighbours);
     Network local(checker, cost);
     local.take(around);
     const int goal =
         static_cast<int>(path.size()) - 1;  // the path's nodes are the first ones of the set
     int waves = settings.max_waves;
-    path = local.search(0, std::span(&goal, 1), waves, settings.stop);
+    path = local.search(0, std::span(&goal, 1), waves);
     if (path.empty()) break;
     const std::vector<Eigen::VectorXd> found = postures_of(local, path);
     if (path_length(found) < path_length(best)) best = found;
-    set = refined_set(local, path);
+    set = refined_set(local, path, checker.interrupt());
   }
   return best;
 }
@@ -268,7 +277,10 @@ void Network::take(const Roadmap& roadmap) {
   taken_ = static_cast<int>(roadmap.nodes.cols());
   own_links_.assign(at(taken_), -1);
   inhibited_.assign(at(taken_), 0);
-  for (int i = 0; cost_ && i < taken_; ++i) node_cost_.push_back(cost_(roadmap.nodes.col(i)));
+  if (!cost_) return;
+  node_cost_.assign(at(taken_), 1.0);
+  for (int i = 0; i < taken_ && !checker_.interrupt().now(); ++i)
+    node_cost_[at(i)] = cost_(roadmap.nodes.col(i));
 }
 
 void Network::judge_all() {
@@ -281,8 +293,13 @@ void Network::judge_all() {
 /// The m nearest nodes that are not known to be inhibited, nearest first.
 std::vector<Link> Network::nearest(const Eigen::VectorXd& q, int m) const {
   Eigen::VectorXd squared(size());
-  if (taken_ > 0) {
-    squared.head(taken_) = (roadmap_->nodes.colwise() - q).colwise().squaredNorm().transpose();
+  for (int i = 0; i < taken_; ++i) {  // colwise().squaredNorm() takes three times as long
+    double sum = 0.0;
+    for (Eigen::Index j = 0; j < q.size(); ++j) {
+      const double d = roadmap_->nodes(j, i) - q[j];
+      sum += d * d;
+    }
+    squared[i] = sum;
   }
   for (int i = taken_; i < size(); ++i) squared[i] = (added_[at(i - taken_)] - q).squaredNorm();
   std::vector<Link> links;
@@ -351,11 +368,11 @@ void Network::cut(int a, int b) {
   remove(b, a);
 }
 
-std::vector<int> Network::search(int start, std::span<const int> goals, int& waves,
-                                 const std::function<bool()>& stop) {
+std::vector<int> Network::search(int start, std::span<const int> goals, int& waves) {
   const auto links_of = [this](int i) -> std::span<const Link> { return links(i); };
-  for (; waves > 0 && !(stop && stop()); --waves) {
-    const Wave wave = expanded(links_of, inhibited_, node_cost_, start, goals);
+  for (; waves > 0 && !checker_.interrupt().told(); --waves) {
+    const Wave wave =
+        expanded(links_of, inhibited_, node_cost_, start, goals, checker_.interrupt());
     std::vector<int> path = followed(links_of, wave, start);
     if (path.empty()) return {};
     if (!all_judged_) {

@@ -25,9 +25,11 @@ struct Wave {
 /// not inhibited and has active neighbours becomes active with vᵢ(t) = Σⱼ vⱼ(t−1) w(i, j), w(i, j)
 /// = exp(−cᵢⱼ d(i, j)); active nodes do not interact. Stops when the start is active. cᵢⱼ =
 /// (cost[i] + cost[j]) / 2 is 1 everywhere, or less in regions that F5 prefers (the cost reading of
-/// pre-selection: a cheaper link is a stronger one); `cost` may be empty. O(links).
+/// pre-selection: a cheaper link is a stronger one); `cost` may be empty. O(links). Interrupted, it
+/// does not reach the start.
 Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
-                 std::span<const double> cost, int start, std::span<const int> goals);
+                 std::span<const double> cost, int start, std::span<const int> goals,
+                 const Interrupt& interrupt = {});
 
 /// Backward search: from the start always to the maximally excited neighbour among those the wave
 /// passed one step before, down to a goal. Empty if the wave did not reach the start.
@@ -40,9 +42,6 @@ struct SearchSettings {
   int max_branches = 50'000;   ///< effort of the trees where the network is torn [1]
   int shortcuts = 150;         ///< attempts to shorten the path [1]
   int repeats = 0;             ///< more searches, with the next seeds; the shortest path counts [1]
-  /// Deadline or cancellation: asked between waves, branches and shortcuts, some microseconds
-  /// apart, or what a wave takes; once true, the search ends with the path that it has, or fails.
-  std::function<bool()> stop = nullptr;
   std::uint64_t seed = 1;
 };
 
@@ -63,7 +62,8 @@ using PostureCost = std::function<double(const Eigen::VectorXd&)>;
 /// straight line if free, else waves on the roadmap, links of the found path certified, failing
 /// ones cut, until a whole path stands; on-line refinement around it [M18 2.3.2]; shortcuts. Where
 /// the network is torn or there is none, trees (tree_search.h) search without it. Failure: a reason
-/// in words (start or goals in collision and with what, effort exhausted).
+/// in words (start or goals in collision and with what, effort exhausted). When the checker is
+/// interrupted, the search ends with the path that it has, or fails.
 tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionChecker& checker,
                                           const Eigen::VectorXd& start,
                                           std::span<const Eigen::VectorXd> goals,
@@ -90,8 +90,7 @@ class Network {
   /// Waves and backward searches until every node and link of the path is proven free; links that
   /// are not are cut. The first node that is not has all nodes judged. Empty if the wave does not
   /// arrive or `waves` are used up.
-  std::vector<int> search(int start, std::span<const int> goals, int& waves,
-                          const std::function<bool()>& stop = {});
+  std::vector<int> search(int start, std::span<const int> goals, int& waves);
 
   Eigen::VectorXd node(int i) const {
     return i < taken_ ? Eigen::VectorXd(roadmap_->nodes.col(i))

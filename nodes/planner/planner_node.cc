@@ -289,7 +289,7 @@ int PlannerNode::periods_since_last(runtime::Time now) {
 void PlannerNode::take_plan() {
   auto planned = job_.take();
   if (!planned) return;
-  roadmap_ = planned->roadmap;
+  if (planned->roadmap) roadmap_ = planned->roadmap;
   compute_s_ = planned->compute_s;
   if (waiting_request_) return;  // a newer request made this answer obsolete
   if (planned->plan) {

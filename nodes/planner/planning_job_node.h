@@ -11,12 +11,12 @@ namespace mimesis::planner {
 
 /// One plan at a time, computed beside the steps, with a deadline; cancelled when nobody waits for
 /// it any more. A deadline is one of the wall clock: what is recorded is the question at which the
-/// search was told to stop, so that a replay stops there. In lock-step time stands still, and
+/// computation was interrupted, so that a replay ends there. In lock-step time stands still, and
 /// deadlines do not pass.
 class PlanningJob {
  public:
   struct Done {
-    std::shared_ptr<const Roadmap> roadmap;
+    std::shared_ptr<const Roadmap> roadmap;  ///< null: it was interrupted before
     tl::expected<TaskPlan, Status> plan;
     double compute_s = 0.0;  ///< wall time
   };
@@ -26,7 +26,8 @@ class PlanningJob {
   /// Precondition: not running. Refreshes the roadmap `known`, or prepares one if it is null.
   /// @param deadline_s  after the begin of the computation; 0: none
   void start(PlanRequest request, std::shared_ptr<const Roadmap> known, double deadline_s = 0.0);
-  /// The work ends soon; what `take` then gives is of no use.
+  /// The work ends soon. `take` then gives neither roadmap nor plan; in lock-step, where the work
+  /// has ended already, both.
   void cancel() { *cancelled_ = true; }
   bool running() const { return job_.running(); }
   std::optional<Done> take();
@@ -34,7 +35,7 @@ class PlanningJob {
  private:
   struct Work {
     Done done;
-    std::uint64_t stopped_at;  // number of the question
+    std::uint64_t told_at;  // see Interrupt
   };
 
   runtime::Bus& bus_;

@@ -224,7 +224,7 @@ void Requests::step(runtime::Time now, const kin::Table* table, const ArmReading
                     std::shared_ptr<const Roadmap>& roadmap) {
   hear_proposal();
   if (auto done = job_.take()) {
-    roadmap = done->roadmap;
+    if (done->roadmap) roadmap = done->roadmap;
     if (!std::exchange(useless_, false)) answer(*tested_, done->plan, done->compute_s);
     tested_.reset();
   }

@@ -51,13 +51,14 @@ bool long_side_of_a_triangle(const Linkage& links, std::size_t i, const Link& li
 
 }  // namespace
 
-Eigen::MatrixXd halton(int n, int count, std::uint64_t seed) {
+Eigen::MatrixXd halton(int n, int count, std::uint64_t seed, const Interrupt& interrupt) {
   MIMESIS_ASSERT(n >= 1 && n <= static_cast<int>(kPrimes.size()));
   std::mt19937_64 random(seed);
-  Eigen::MatrixXd points(n, count);
+  Eigen::MatrixXd points = Eigen::MatrixXd::Zero(n, count);
   for (int row = 0; row < n; ++row) {
     const double shift = std::ldexp(static_cast<double>(random() >> 11), -53);
     for (int i = 0; i < count; ++i) {
+      if (i % 64 == 0 && interrupt.now()) return points;
       const double sum = radical_inverse(i + 1, kPrimes[static_cast<std::size_t>(row)]) + shift;
       points(row, i) = sum < 1.0 ? sum : sum - 1.0;
     }
@@ -66,19 +67,19 @@ Eigen::MatrixXd halton(int n, int count, std::uint64_t seed) {
 }
 
 Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
-                           std::uint64_t seed) {
-  const Eigen::MatrixXd unit = halton(static_cast<int>(lo.size()), count, seed);
+                           std::uint64_t seed, const Interrupt& interrupt) {
+  const Eigen::MatrixXd unit = halton(static_cast<int>(lo.size()), count, seed, interrupt);
   return ((hi - lo).asDiagonal() * unit).colwise() + lo;
 }
 
-Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m) {
+Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m, const Interrupt& interrupt) {
   const auto count = static_cast<std::size_t>(nodes.cols());
   const std::size_t keep =
       std::min(static_cast<std::size_t>(std::max(m, 0)), count > 0 ? count - 1 : 0);
   Linkage lists(count);
   Eigen::VectorXd squared(nodes.cols());
   std::vector<Link> heap;  // the `keep` nearest so far, farthest on top
-  for (std::size_t i = 0; i < count && keep > 0; ++i) {
+  for (std::size_t i = 0; i < count && keep > 0 && !interrupt.now(); ++i) {
     squared = (nodes.colwise() - nodes.col(static_cast<Eigen::Index>(i))).colwise().squaredNorm();
     heap.clear();
     for (std::size_t j = 0; j < count; ++j) {
@@ -100,9 +101,9 @@ Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m) {
   return lists;
 }
 
-Linkage symmetrised(const Linkage& lists, int k) {
+Linkage symmetrised(const Linkage& lists, int k, const Interrupt& interrupt) {
   Linkage links(lists.size());
-  for (std::size_t i = 0; i < lists.size(); ++i) {
+  for (std::size_t i = 0; i < lists.size() && !interrupt.now(); ++i) {
     const auto end = lists[i].begin() + std::min<std::ptrdiff_t>(k, std::ssize(lists[i]));
     for (auto link = lists[i].begin(); link != end; ++link) {
       auto& there = links[static_cast<std::size_t>(link->to)];
@@ -115,9 +116,9 @@ Linkage symmetrised(const Linkage& lists, int k) {
   return links;
 }
 
-Linkage pruned(const Linkage& links) {
+Linkage pruned(const Linkage& links, const Interrupt& interrupt) {
   Linkage kept(links.size());
-  for (std::size_t i = 0; i < links.size(); ++i) {
+  for (std::size_t i = 0; i < links.size() && !interrupt.now(); ++i) {
     for (const Link& link : links[i]) {
       if (!long_side_of_a_triangle(links, i, link)) kept[i].push_back(link);
     }
@@ -150,7 +151,7 @@ std::vector<int> clusters(const Linkage& links, std::span<const char> inhibited)
 }
 
 void join_clusters(Linkage& links, const Linkage& extended,
-                   const std::function<bool(int, int)>& accept) {
+                   const std::function<bool(int, int)>& accept, const Interrupt& interrupt) {
   const std::vector<int> cluster = clusters(links);
   struct Bridge {
     int from = 0;
@@ -158,7 +159,7 @@ void join_clusters(Linkage& links, const Linkage& extended,
   };
   std::map<std::pair<int, int>, Bridge>
       shortest;  // by pair of clusters: ordered, hence reproducible
-  for (std::size_t i = 0; i < extended.size(); ++i) {
+  for (std::size_t i = 0; i < extended.size() && !interrupt.now(); ++i) {
     for (const Link& link : extended[i]) {
       const int a = cluster[i], b = cluster[static_cast<std::size_t>(link.to)];
       if (a == b) continue;
@@ -175,18 +176,20 @@ void join_clusters(Linkage& links, const Linkage& extended,
   }
 }
 
-Linkage connect(const Eigen::MatrixXd& nodes, int k, const std::function<bool(int, int)>& accept) {
-  const Linkage extended = nearest_neighbours(nodes, 2 * k);
-  Linkage links = pruned(symmetrised(extended, k));
-  for (std::size_t i = 0; accept && i < links.size(); ++i) {
+Linkage connect(const Eigen::MatrixXd& nodes, int k, const std::function<bool(int, int)>& accept,
+                const Interrupt& interrupt) {
+  const Linkage extended = nearest_neighbours(nodes, 2 * k, interrupt);
+  Linkage links = pruned(symmetrised(extended, k, interrupt), interrupt);
+  for (std::size_t i = 0; accept && i < links.size() && !interrupt.now(); ++i) {
     std::erase_if(links[i], [&](const Link& link) {
       if (link.to < static_cast<int>(i))
         return !has_link(links[static_cast<std::size_t>(link.to)], static_cast<int>(i));
       return !accept(static_cast<int>(i), link.to);
     });
   }
-  join_clusters(links, extended, accept);
+  join_clusters(links, extended, accept, interrupt);
   for (auto& list : links) {
+    if (interrupt.now()) break;
     for (Link& link : list) link.weight = std::exp(-link.length);
   }
   return links;
@@ -196,7 +199,8 @@ Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
                       const RoadmapSettings& settings) {
   const kin::ArmModel& arm = checker.arm();
   Eigen::MatrixXd nodes(arm.dof(), settings.nodes + more.cols());
-  nodes.leftCols(settings.nodes) = sample_box(arm.q_min, arm.q_max, settings.nodes, settings.seed);
+  nodes.leftCols(settings.nodes) =
+      sample_box(arm.q_min, arm.q_max, settings.nodes, settings.seed, checker.interrupt());
   if (more.cols() > 0) nodes.rightCols(more.cols()) = more;
   return refined_roadmap(checker, std::move(nodes), settings);
 }
@@ -209,10 +213,12 @@ Roadmap refined_roadmap(CollisionChecker& checker, Eigen::MatrixXd nodes,
   roadmap.inhibited_share = refine_offline(
       roadmap.nodes, arm.q_min, arm.q_max,
       [&](const Eigen::MatrixXd& postures) { return checker.free_columns(postures); },
-      settings.refinement);
-  roadmap.links = connect(roadmap.nodes, settings.neighbours, [&](int i, int j) {
-    return checker.certify(roadmap.nodes.col(i), roadmap.nodes.col(j));
-  });
+      settings.refinement, checker.interrupt());
+  if (checker.interrupt().told()) return roadmap;
+  roadmap.links = connect(
+      roadmap.nodes, settings.neighbours,
+      [&](int i, int j) { return checker.certify(roadmap.nodes.col(i), roadmap.nodes.col(j)); },
+      checker.interrupt());
   return roadmap;
 }
 

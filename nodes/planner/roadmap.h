@@ -13,11 +13,12 @@ namespace mimesis::planner {
 
 /// Points 1..count of the Halton sequence in [0, 1)ⁿ, n ≤ 12, shifted on the torus by a vector
 /// drawn from `seed`: even coverage at any count, another set for another seed. Columns are points.
-Eigen::MatrixXd halton(int n, int count, std::uint64_t seed);
+/// Here and below: interrupted, the rest of the result is empty or 0.
+Eigen::MatrixXd halton(int n, int count, std::uint64_t seed, const Interrupt& interrupt = {});
 
 /// The points of halton(), scaled to [lo, hi] per coordinate.
 Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
-                           std::uint64_t seed);
+                           std::uint64_t seed, const Interrupt& interrupt = {});
 
 /// Link to a neighbouring node.
 struct Link {
@@ -31,15 +32,15 @@ using Linkage = std::vector<std::vector<Link>>;
 
 /// The m nearest neighbours of every column of `nodes`, nearest first, exact (ties by index). O(N²
 /// n).
-Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m);
+Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m, const Interrupt& interrupt = {});
 
 /// Keeps the first k of every list and adds the reverse of every link that has none.
-Linkage symmetrised(const Linkage& lists, int k);
+Linkage symmetrised(const Linkage& lists, int k, const Interrupt& interrupt = {});
 
 /// Removes every link (i, j) that is the long side of an obtuse triangle of links:
 /// d_ij² > d_jk² + d_ki² for some common neighbour k. All candidates are found before any is
 /// removed.
-Linkage pruned(const Linkage& links);
+Linkage pruned(const Linkage& links, const Interrupt& interrupt = {});
 
 /// Cluster index of every node, clusters numbered by their lowest node. Nodes with `inhibited[i]`
 /// (empty: none) belong to no cluster: -1.
@@ -48,13 +49,14 @@ std::vector<int> clusters(const Linkage& links, std::span<const char> inhibited 
 /// Adds, for every pair of disjoint clusters that the extended lists connect, their shortest such
 /// link that is accepted (empty: all are).
 void join_clusters(Linkage& links, const Linkage& extended,
-                   const std::function<bool(int, int)>& accept = {});
+                   const std::function<bool(int, int)>& accept = {},
+                   const Interrupt& interrupt = {});
 
 /// The connection structure of the roadmap [M18 2.3.2]: 2k nearest neighbours stored, the first k
 /// of them symmetrised, triangles pruned, links that are not accepted cut (empty: none), clusters
 /// joined. With weights.
 Linkage connect(const Eigen::MatrixXd& nodes, int k,
-                const std::function<bool(int, int)>& accept = {});
+                const std::function<bool(int, int)>& accept = {}, const Interrupt& interrupt = {});
 
 struct RoadmapSettings {
   int nodes = 2500;    ///< sampled over the joint limits; the thesis: two to three thousand [1]
@@ -72,7 +74,8 @@ struct Roadmap {
 };
 
 /// Samples, adds `more` postures (columns; from inverse kinematics), refines against the obstacles
-/// of `checker`, connects. Equal arguments give equal bits.
+/// of `checker`, connects. Equal arguments give equal bits. If the checker is interrupted, the
+/// roadmap is of no use.
 Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
                       const RoadmapSettings& settings);
 

@@ -101,11 +101,12 @@ Eigen::MatrixXd corner(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
 }  // namespace
 
 std::vector<Eigen::VectorXd> shortened(std::vector<Eigen::VectorXd> path, const Certify& certify,
-                                       int attempts, std::uint64_t seed) {
+                                       int attempts, std::uint64_t seed,
+                                       const Interrupt& interrupt) {
   path = without_doubles(without_detours(path, certify));
   std::mt19937_64 random(seed);
   const auto unit = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };
-  for (int i = 0; i < attempts && path.size() > 2; ++i) {
+  for (int i = 0; i < attempts && path.size() > 2 && !interrupt.now(); ++i) {
     const double length = length_of(path);
     const double first = unit() * length, second = unit() * length;
     const Spot a = spot_at(path, std::min(first, second)),
@@ -122,7 +123,7 @@ std::vector<Eigen::VectorXd> shortened(std::vector<Eigen::VectorXd> path, const 
 
 std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd& lo,
                                    const Eigen::VectorXd& hi, const FreePostures& free,
-                                   const RefinementSettings& settings) {
+                                   const RefinementSettings& settings, const Interrupt& interrupt) {
   const auto count = static_cast<std::size_t>(nodes.cols());
   const auto judge = [&] {
     std::vector<char> inhibited = free(nodes);
@@ -136,10 +137,12 @@ std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd
     const auto bad = std::count(inhibited.begin(), inhibited.end(), 1);
     shares.push_back(static_cast<double>(bad) /
                      static_cast<double>(std::max<std::size_t>(count, 1)));
-    if (shares.back() < settings.inhibited_share || iteration >= settings.max_iterations) break;
+    if (shares.back() < settings.inhibited_share || iteration >= settings.max_iterations ||
+        interrupt.told())
+      break;
     Eigen::MatrixXd moved = nodes;
-    for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
-      if (!inhibited[static_cast<std::size_t>(i)]) continue;
+    for (Eigen::Index i = 0; i < nodes.cols() && !interrupt.told(); ++i) {
+      if (!inhibited[static_cast<std::size_t>(i)] || interrupt.now()) continue;
       moved.col(i) = (nodes.col(i) + shift(nodes, inhibited, i, settings.window_rad))
                          .cwiseMax(lo)
                          .cwiseMin(hi);
@@ -157,7 +160,7 @@ std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd
 }
 
 SmoothPath::SmoothPath(const std::vector<Eigen::VectorXd>& waypoints, double max_radius,
-                       const Accept& accept)
+                       const Accept& accept, const Interrupt& interrupt)
     : knots_{0.0}, stops_{0.0} {
   MIMESIS_ASSERT(waypoints.size() >= 2);
   Eigen::VectorXd from = waypoints.front();
@@ -171,7 +174,7 @@ SmoothPath::SmoothPath(const std::vector<Eigen::VectorXd>& waypoints, double max
     const double in_length = in.norm(), out_length = out.norm();
     double radius = std::min({max_radius, 0.5 * in_length, 0.5 * out_length});
     bool rounded = false;
-    for (int halving = 0; halving <= kHalvings && !rounded; ++halving) {
+    for (int halving = 0; halving <= kHalvings && !rounded && !interrupt.told(); ++halving) {
       const Eigen::VectorXd a = b - radius / in_length * in, c = b + radius / out_length * out;
       const Eigen::MatrixXd control = corner(a, b, c);
       if ((rounded = accept(control))) {

@@ -4,6 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "common/interrupt.h"
+
 namespace mimesis::planner {
 
 /// Tells whether the straight motion between two postures is proven free.
@@ -11,9 +13,10 @@ using Certify = std::function<bool(const Eigen::VectorXd&, const Eigen::VectorXd
 
 /// Shortens a path whose parts are certified, keeping its ends and the certificate: first whole
 /// detours between waypoints, then `attempts` chords between points drawn from `seed` anywhere on
-/// the path.
+/// the path. Interrupted, it is less short.
 std::vector<Eigen::VectorXd> shortened(std::vector<Eigen::VectorXd> waypoints,
-                                       const Certify& certify, int attempts, std::uint64_t seed);
+                                       const Certify& certify, int attempts, std::uint64_t seed,
+                                       const Interrupt& interrupt = {});
 
 struct RefinementSettings {
   double window_rad =
@@ -35,7 +38,8 @@ using FreePostures = std::function<std::vector<char>(const Eigen::MatrixXd&)>;
 /// @returns the share of inhibited nodes before each iteration and at the end, before the drop [1]
 std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd& lo,
                                    const Eigen::VectorXd& hi, const FreePostures& free,
-                                   const RefinementSettings& settings);
+                                   const RefinementSettings& settings,
+                                   const Interrupt& interrupt = {});
 
 /// Joint path through waypoints with rounded corners, by arc parameter s [rad]; C² but for `stops`.
 ///
@@ -50,8 +54,9 @@ class SmoothPath {
   /// @param waypoints  at least two, no two successive ones equal; the lines between them may be
   /// driven
   /// @param max_radius largest r [rad]; halved until `accept` agrees, down to 1/64
-  SmoothPath(const std::vector<Eigen::VectorXd>& waypoints, double max_radius,
-             const Accept& accept);
+  /// Interrupted, it keeps the corners that are left.
+  SmoothPath(const std::vector<Eigen::VectorXd>& waypoints, double max_radius, const Accept& accept,
+             const Interrupt& interrupt = {});
 
   struct Point {
     Eigen::VectorXd q, dq, ddq;  ///< q(s), q'(s), q''(s)

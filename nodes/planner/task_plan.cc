@@ -103,11 +103,11 @@ bool certified(CollisionChecker& checker, const Way& way) {
 std::optional<Way> TaskPlanner::straight(const Eigen::VectorXd& q, const Eigen::Vector3d& by_W,
                                          CollisionChecker& checker) const {
   kin::IkGoal goal = moved_hand(arm_, q, by_W);
-  auto way = straight_way(arm_, q, goal, kStraightStep);
+  auto way = straight_way(arm_, q, goal, kStraightStep, settings_.interrupt);
   if (way && certified(checker, *way)) return way;
   if (by_W.head<2>().norm() > 1e-3 * by_W.norm()) return std::nullopt;
   goal.axes = {{up_in_E(q), Eigen::Vector3d::UnitZ()}};
-  way = straight_way(arm_, q, goal, kStraightStep);
+  way = straight_way(arm_, q, goal, kStraightStep, settings_.interrupt);
   return way && certified(checker, *way) ? way : std::nullopt;
 }
 
@@ -115,7 +115,7 @@ std::optional<Way> TaskPlanner::straight(const Eigen::VectorXd& q, const Eigen::
 tl::expected<FoundPath, Status> TaskPlanner::find(const Obstacles& obstacles, double margin_m,
                                                   const Eigen::VectorXd& from, const Way& goals,
                                                   const PostureCost& cost) const {
-  CollisionChecker checker(arm_, obstacles, margin_m);
+  CollisionChecker checker(arm_, obstacles, margin_m, settings_.interrupt);
   SearchSettings search = settings_.search;
   if (margin_m > settings_.margin_m) {
     search.max_waves = std::min(search.max_waves, kWideWaves);
@@ -152,14 +152,19 @@ double TaskPlanner::passing_cost(const Eigen::VectorXd& q) const {
 tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vector3d& center,
                                                               const std::string& what,
                                                               const Eigen::VectorXd* near) {
-  CollisionChecker empty_handed(arm_, table_obstacles(table_), settings_.margin_m);
+  const Interrupt& interrupt = settings_.interrupt;
+  interrupt.enter(fmt::format("postures at {} were sought", what));
+  CollisionChecker empty_handed(arm_, table_obstacles(table_), settings_.margin_m, interrupt);
+  const kin::IkOptions options{.interrupt = interrupt};
   Way solutions;
   for (const auto& goal :
        grasp_goals(task_.grip, center, table_.object_height, settings_.precision_depth_m)) {
     Way some;
     if (near == nullptr) {
-      some = kin::solve_ik_anywhere(arm_, goal, settings_.ik_attempts, settings_.roadmap.seed);
-    } else if (auto q = kin::solve_ik(arm_, goal, *near); q && (*q - *near).norm() < kHoldNear) {
+      some = kin::solve_ik_anywhere(arm_, goal, settings_.ik_attempts, settings_.roadmap.seed,
+                                    options);
+    } else if (auto q = kin::solve_ik(arm_, goal, *near, options);
+               q && (*q - *near).norm() < kHoldNear) {
       some.push_back(*std::move(q));
     }
     solutions.insert(solutions.end(), some.begin(), some.end());
@@ -176,8 +181,7 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
   for (const double share : kShares) {
     std::array<std::size_t, 2> with_share{};
     auto holds = holds_of(free, share, empty_handed, with_share);
-    if (settings_.search.stop && settings_.search.stop())
-      return tl::unexpected(Status{"stopped before a plan was found"});
+    if (interrupt.told()) break;
     if (!holds.empty()) return holds;
     if (share == 1.0) failed = with_share;
   }
@@ -194,12 +198,13 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
 std::vector<Hold> TaskPlanner::holds_of(const Way& postures, double share,
                                         CollisionChecker& empty_handed,
                                         std::array<std::size_t, 2>& failed) {
-  CollisionChecker wide_empty_handed(arm_, table_obstacles(table_), wide_margin());
-  CollisionChecker holding(arm_, carrying(true), settings_.margin_m);
-  CollisionChecker wide_holding(arm_, carrying(true), wide_margin());
+  const Interrupt& interrupt = settings_.interrupt;
+  CollisionChecker wide_empty_handed(arm_, table_obstacles(table_), wide_margin(), interrupt);
+  CollisionChecker holding(arm_, carrying(true), settings_.margin_m, interrupt);
+  CollisionChecker wide_holding(arm_, carrying(true), wide_margin(), interrupt);
   std::vector<Hold> holds;
   for (const auto& q : postures) {
-    if (settings_.search.stop && settings_.search.stop()) break;
+    if (interrupt.now()) break;
     const Eigen::Vector3d back = kin::end_effector(arm_, q).linear().col(2);
     auto away = straight(q, -share * settings_.approach_m * back, empty_handed);
     auto up = straight(q, {0.0, 0.0, share * settings_.lift_m}, holding);
@@ -217,6 +222,7 @@ std::vector<Hold> TaskPlanner::holds_of(const Way& postures, double share,
 bool TaskPlanner::add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
                              const Obstacles& obstacles, double speed, double margin_m) const {
   if (path_length(waypoints) < 1e-9) return true;
+  settings_.interrupt.enter("a motion was timed");
   auto motion = timed_motion(arm_, phase, waypoints, obstacles, speed, settings_, margin_m);
   if (!motion) return false;
   plan.path_length_rad += motion->length_rad;
@@ -248,7 +254,8 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
 
   Status failure;
   for (const double margin_m : {wide_margin(), settings_.margin_m}) {
-    for (std::size_t i = 0; i < std::min(kGraspTries, grasps->size()); ++i) {
+    for (std::size_t i = 0;
+         i < std::min(kGraspTries, grasps->size()) && !settings_.interrupt.told(); ++i) {
       auto plan = plan_between(start, (*grasps)[i], *places, margin_m);
       if (plan) return plan;
       failure = plan.error();
@@ -282,6 +289,7 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan_between(const Eigen::VectorXd& 
   if (above_places.empty())
     return tl::unexpected(
         Status{"no posture at the " + task_.goal + " goal puts the object down upright"});
+  settings_.interrupt.enter("the transport was sought");
   const auto transport = find(carried, margin_m, grasp.up.back(), above_places,
                               [this](const Eigen::VectorXd& q) { return passing_cost(q); });
   if (!transport) {
@@ -290,6 +298,7 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan_between(const Eigen::VectorXd& 
                " the bridge to the " + task_.goal + " goal: " + transport.error().reason});
   }
   const Way before{grasp.away.back()};
+  settings_.interrupt.enter("the reach was sought");
   double reach_margin_m = wide_margin();
   auto reach = find(with_object, reach_margin_m, start, before, {});
   if (!reach) {
@@ -334,15 +343,16 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
                                           const Obstacles& obstacles, double speed,
                                           const TaskSettings& settings, double margin_m) {
   margin_m = std::max(margin_m, settings.margin_m);
-  CollisionChecker checker(arm, obstacles, margin_m);
-  CollisionChecker stops(arm, obstacles, kStopMargin * settings.margin_m);
-  const SmoothPath path(waypoints, settings.corner_rad,
-                        [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
+  CollisionChecker checker(arm, obstacles, margin_m, settings.interrupt);
+  CollisionChecker stops(arm, obstacles, kStopMargin * settings.margin_m, settings.interrupt);
+  const SmoothPath path(
+      waypoints, settings.corner_rad,
+      [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); },
+      settings.interrupt);
   const double alone_s = stop_alone_s(settings.period_s);
   auto motion = time_optimal(
       path, speed * arm.v_max, speed * arm.a_max, settings.period_s,
       [&](Stops those) {
-        if (settings.search.stop && settings.search.stop()) return false;
         those.v0 *= kPace;
         those.v1 *= kPace;
         those.a = arm.a_max;
@@ -350,7 +360,7 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
         those.alone_s = alone_s;
         return stops.certify_stops(those);
       },
-      kPace * alone_s, kJerk * arm.j_max);
+      kPace * alone_s, kJerk * arm.j_max, settings.interrupt);
   if (!motion) return std::nullopt;
   return PlannedMotion{phase,         path.curves(), obstacles, std::move(*motion),
                        path.length(), margin_m};
@@ -358,13 +368,15 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
 
 std::optional<std::vector<Eigen::VectorXd>> straight_way(const kin::ArmModel& arm,
                                                          const Eigen::VectorXd& start,
-                                                         const kin::IkGoal& goal, double step_m) {
+                                                         const kin::IkGoal& goal, double step_m,
+                                                         const Interrupt& interrupt) {
   const Eigen::Vector3d from = kin::end_effector(arm, start).translation();
   const Eigen::Vector3d whole = goal.position_in_W - from;
   const int steps = std::max(1, static_cast<int>(std::ceil(whole.norm() / step_m)));
   std::vector<Eigen::VectorXd> way{start};
   for (int i = 1; i <= steps; ++i) {
-    const auto q = kin::solve_ik(arm, {from + whole * i / steps, goal.axes}, way.back());
+    const auto q = kin::solve_ik(arm, {from + whole * i / steps, goal.axes}, way.back(),
+                                 {.interrupt = interrupt});
     if (!q || (*q - way.back()).cwiseAbs().maxCoeff() > kJump) return std::nullopt;
     way.push_back(*q);
   }
@@ -373,14 +385,16 @@ std::optional<std::vector<Eigen::VectorXd>> straight_way(const kin::ArmModel& ar
 
 std::vector<Eigen::VectorXd> reaching_postures(const kin::ArmModel& arm,
                                                const Eigen::VectorXd& start,
-                                               const kin::IkGoal& goal, int count) {
+                                               const kin::IkGoal& goal, int count,
+                                               const Interrupt& interrupt) {
   const Eigen::Vector3d from = kin::end_effector(arm, start).translation();
   const Eigen::Vector3d whole = goal.position_in_W - from;
   std::vector<Eigen::VectorXd> way;
   for (int i = 1; i <= count; ++i) {
     const kin::IkGoal part{from + whole * i / count,
                            i == count ? goal.axes : decltype(goal.axes){}};
-    const auto q = kin::solve_ik(arm, part, way.empty() ? start : way.back());
+    const auto q =
+        kin::solve_ik(arm, part, way.empty() ? start : way.back(), {.interrupt = interrupt});
     if (!q) break;
     way.push_back(*q);
   }
@@ -466,7 +480,8 @@ std::vector<kin::Box> closed_passages(const kin::Table& table, Transport transpo
 
 Roadmap prepare_roadmap(const kin::ArmModel& arm, const kin::Table& table,
                         const TaskSettings& settings) {
-  CollisionChecker checker(arm, table_obstacles(table), settings.margin_m);
+  settings.interrupt.enter("the roadmap was built");
+  CollisionChecker checker(arm, table_obstacles(table), settings.margin_m, settings.interrupt);
   std::vector<Eigen::Vector3d> targets{table.object};
   for (const auto& goal : table.goals) targets.push_back(goal.position);
   const Eigen::MatrixXd starts =
@@ -476,8 +491,9 @@ Roadmap prepare_roadmap(const kin::ArmModel& arm, const kin::Table& table,
     for (const Grip grip : {Grip::precision, Grip::full}) {
       const auto goal =
           grasp_goals(grip, target, table.object_height, settings.precision_depth_m).front();
-      for (Eigen::Index i = 0; i < starts.cols(); ++i) {
-        const Way way = reaching_postures(arm, starts.col(i), goal, settings.reaching_postures);
+      for (Eigen::Index i = 0; i < starts.cols() && !settings.interrupt.told(); ++i) {
+        const Way way = reaching_postures(arm, starts.col(i), goal, settings.reaching_postures,
+                                          settings.interrupt);
         postures.insert(postures.end(), way.begin(), way.end());
       }
     }
@@ -491,22 +507,28 @@ Roadmap prepare_roadmap(const kin::ArmModel& arm, const kin::Table& table,
 std::shared_ptr<const Roadmap> refreshed_roadmap(std::shared_ptr<const Roadmap> known,
                                                  const kin::ArmModel& arm, const kin::Table& table,
                                                  const TaskSettings& settings) {
-  CollisionChecker checker(arm, table_obstacles(table), settings.margin_m);
+  settings.interrupt.enter("the roadmap was refined");
+  CollisionChecker checker(arm, table_obstacles(table), settings.margin_m, settings.interrupt);
   const std::vector<char> free = checker.free_columns(known->nodes);
   const auto inhibited = static_cast<double>(std::count(free.begin(), free.end(), 0));
   const double share = settings.roadmap.refinement.inhibited_share;
   if (inhibited < share * static_cast<double>(free.size())) return known;
-  return std::make_shared<const Roadmap>(refined_roadmap(checker, known->nodes, settings.roadmap));
+  auto refined =
+      std::make_shared<const Roadmap>(refined_roadmap(checker, known->nodes, settings.roadmap));
+  return settings.interrupt.told() ? known : refined;
 }
 
 tl::expected<TaskPlan, Status> plan_task(const kin::ArmModel& arm, const kin::Table& table,
                                          const Roadmap& roadmap, const Eigen::VectorXd& start,
                                          const Task& task, const TaskSettings& settings) {
   auto plan = TaskPlanner(arm, table, roadmap, task, settings).plan(start);
+  if (settings.interrupt.told()) return tl::unexpected(settings.interrupt.reason());
   if (plan || task.preselected.empty()) return plan;
   Task free = task;  // here what succeeded elsewhere does not
   free.preselected.clear();
-  return TaskPlanner(arm, table, roadmap, free, settings).plan(start);
+  plan = TaskPlanner(arm, table, roadmap, free, settings).plan(start);
+  if (settings.interrupt.told()) return tl::unexpected(settings.interrupt.reason());
+  return plan;
 }
 
 Obstacles moved_obstacles(const kin::Table& planned, const kin::Table& now, double tolerance_m) {

@@ -21,14 +21,16 @@ namespace mimesis::planner {
 /// Ignores obstacles.
 std::optional<std::vector<Eigen::VectorXd>> straight_way(const kin::ArmModel& arm,
                                                          const Eigen::VectorXd& start,
-                                                         const kin::IkGoal& goal, double step_m);
+                                                         const kin::IkGoal& goal, double step_m,
+                                                         const Interrupt& interrupt = {});
 
 /// Postures by which inverse kinematics moves the hand from `start` to `goal` in `count` even steps
 /// on the straight line, orientation free until the last: they sample the roadmap where hands go
 /// when they reach [M18 2.3.2]. Stops short where it does not converge.
 std::vector<Eigen::VectorXd> reaching_postures(const kin::ArmModel& arm,
                                                const Eigen::VectorXd& start,
-                                               const kin::IkGoal& goal, int count);
+                                               const kin::IkGoal& goal, int count,
+                                               const Interrupt& interrupt = {});
 
 enum class Grip {
   precision,
@@ -92,6 +94,9 @@ struct TaskSettings {
   double speed = 0.6;          ///< share of the model's velocity and acceleration limits in use [1]
   double contact_speed = 0.3;  ///< share of the limits for straight motions to and from contact [1]
   double period_s = 0.005;     ///< period of the trajectories [s]
+  /// Deadline or cancellation of all that these settings are for. Once it has said yes, plans fail
+  /// with its reason, and roadmaps are of no use.
+  Interrupt interrupt{};
 };
 
 enum class Phase { reach, approach, grasp, transport, release, retreat };
@@ -116,7 +121,7 @@ inline double stop_alone_s(double period_s) { return 4.0 * period_s; }
 
 /// The motion through `waypoints`, whose lines are certified: corners rounded, timed within `speed`
 /// (share of the model's limits) so that it can be stopped everywhere. Empty if it cannot, however
-/// slow it is.
+/// slow it is, or if interrupted.
 /// @param waypoints  at least two that differ
 /// @param margin_m   of the path; settings.margin_m if that is more [m]
 std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
@@ -143,7 +148,7 @@ Roadmap prepare_roadmap(const kin::ArmModel& arm, const kin::Table& table,
 
 /// A roadmap for a table that has changed. `known`, while fewer of its nodes are inhibited than the
 /// refinement leaves anyway: noise of a scene changes nothing. Else its inhibited nodes move out of
-/// the obstacles, the others stay.
+/// the obstacles, the others stay. If interrupted `known`, too.
 std::shared_ptr<const Roadmap> refreshed_roadmap(std::shared_ptr<const Roadmap> known,
                                                  const kin::ArmModel& arm, const kin::Table& table,
                                                  const TaskSettings& settings);

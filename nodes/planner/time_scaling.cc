@@ -31,13 +31,18 @@ struct Interval {
   }
 };
 
+/// On the stack, unlike VectorXd.
+using Rates = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, BatchChecker::kMostJoints, 1>;
+
 struct GridPoint {
   double s = 0.0;
-  Eigen::VectorXd dq, ddq;
+  Rates dq, ddq;
+  double bend = 0.0;   // |q''|
   double x_max = 0.0;  // by the velocity limits; 0 where the motion stops
 };
 
-std::vector<GridPoint> grid_of(const SmoothPath& path, const Eigen::VectorXd& v_max) {
+std::vector<GridPoint> grid_of(const SmoothPath& path, const Eigen::VectorXd& v_max,
+                               const Interrupt& interrupt) {
   std::vector<GridPoint> grid;
   const auto add = [&](double s) {
     SmoothPath::Point point = path.at(s);
@@ -45,14 +50,14 @@ std::vector<GridPoint> grid_of(const SmoothPath& path, const Eigen::VectorXd& v_
     const bool stop = std::any_of(path.stops().begin(), path.stops().end(),
                                   [s](double at) { return std::abs(at - s) < kTiny; });
     const double x_max = stop ? 0.0 : 1.0 / std::max(rate * rate, kTiny);
-    grid.push_back({s, std::move(point.dq), std::move(point.ddq), x_max});
+    grid.push_back({s, point.dq, point.ddq, point.ddq.norm(), x_max});
   };
   add(0.0);
   for (std::size_t k = 1; k < path.knots().size(); ++k) {
     const double begin = path.knots()[k - 1], end = path.knots()[k];
     const int parts =
         std::max(kLeastPerPiece, static_cast<int>(std::ceil((end - begin) / kGridStep)));
-    for (int i = 1; i < parts; ++i) add(begin + (end - begin) * i / parts);
+    for (int i = 1; i < parts && !interrupt.now(); ++i) add(begin + (end - begin) * i / parts);
     add(end);
   }
   return grid;
@@ -73,14 +78,22 @@ Interval accelerations(const GridPoint& here, const GridPoint& there, double x, 
   return u;
 }
 
+std::vector<double> x_max_of(const std::vector<GridPoint>& grid) {
+  std::vector<double> x_max;
+  for (const GridPoint& point : grid) x_max.push_back(point.x_max);
+  return x_max;
+}
+
 /// Largest squared speed at every grid point from which the rest can be driven.
-std::vector<double> controllable(const std::vector<GridPoint>& grid, const Eigen::VectorXd& a_max) {
+std::vector<double> controllable(const std::vector<GridPoint>& grid,
+                                 const std::vector<double>& x_max, const Eigen::VectorXd& a_max,
+                                 const Interrupt& interrupt) {
   std::vector<double> x(grid.size(), 0.0);
-  for (std::size_t i = grid.size() - 1; i-- > 0;) {
+  for (std::size_t i = grid.size() - 1; i-- > 0 && !interrupt.now();) {
     const auto feasible = [&](double value) {
       return !accelerations(grid[i], grid[i + 1], value, x[i + 1], a_max).empty();
     };
-    double lo = 0.0, hi = grid[i].x_max;
+    double lo = 0.0, hi = x_max[i];
     if (feasible(hi)) lo = hi;
     for (int b = 0; b < kBisections && hi > lo; ++b) {
       const double middle = 0.5 * (lo + hi);
@@ -92,10 +105,11 @@ std::vector<double> controllable(const std::vector<GridPoint>& grid, const Eigen
 }
 
 /// ṡ at the grid points of the fastest motion.
-std::vector<double> fastest(const std::vector<GridPoint>& grid, const Eigen::VectorXd& a_max) {
-  const std::vector<double> limit = controllable(grid, a_max);
+std::vector<double> fastest(const std::vector<GridPoint>& grid, const std::vector<double>& x_max,
+                            const Eigen::VectorXd& a_max, const Interrupt& interrupt) {
+  const std::vector<double> limit = controllable(grid, x_max, a_max, interrupt);
   std::vector<double> speed(grid.size(), 0.0);
-  for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < grid.size() && !interrupt.now(); ++i) {
     const double x = speed[i] * speed[i], ds = grid[i + 1].s - grid[i].s;
     const Interval u = accelerations(grid[i], grid[i + 1], x, limit[i + 1], a_max);
     speed[i + 1] = std::sqrt(std::clamp(x + 2.0 * u.hi * ds, 0.0, limit[i + 1]));
@@ -113,7 +127,7 @@ Behind behind(const std::vector<GridPoint>& grid, const std::vector<double>& spe
               double time_s) {
   Behind past;
   for (; i > 0 && time_s > 0.0; --i) {
-    past.bend = std::max({past.bend, grid[i].ddq.norm(), grid[i - 1].ddq.norm()});
+    past.bend = std::max({past.bend, grid[i].bend, grid[i - 1].bend});
     past.stop = past.stop || grid[i].x_max == 0.0;
     const double ds = grid[i].s - grid[i - 1].s, sum = speed[i] + speed[i - 1];
     const double u = (speed[i] * speed[i] - speed[i - 1] * speed[i - 1]) / (2.0 * ds);
@@ -128,9 +142,10 @@ Behind behind(const std::vector<GridPoint>& grid, const std::vector<double>& spe
 }
 
 /// Lowers x_max where the motion could not be stopped at `speed`, which is the fastest. False if no
-/// speed is low enough.
+/// speed is low enough, or interrupted.
 bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::VectorXd& a_max,
-               const Stoppable& stoppable, double alone_s, std::vector<GridPoint>& grid) {
+               const Stoppable& stoppable, double alone_s, std::vector<GridPoint>& grid,
+               const Interrupt& interrupt) {
   constexpr double kSlower = 0.85, kLeast_rad_s = 0.01;
   Stops stops;
   stops.q1 = path.at(0.0).q;
@@ -143,7 +158,7 @@ bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::V
       speed[i + 1] = std::min(speed[i + 1], std::sqrt(std::max(0.0, x + 2.0 * u.hi * ds)));
     stops.q0 = stops.q1;
     stops.q1 = path.at(grid[i + 1].s).q;
-    stops.bow_rad = std::max(grid[i].ddq.norm(), grid[i + 1].ddq.norm()) * ds * ds / 8.0;
+    stops.bow_rad = std::max(grid[i].bend, grid[i + 1].bend) * ds * ds / 8.0;
     for (double s_dot = std::max(speed[i], speed[i + 1]);; s_dot *= kSlower) {
       stops.v1 = s_dot * grid[i + 1].dq;
       // A line may begin at a kept corner, where q' is that of the line before.
@@ -162,7 +177,7 @@ bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::V
             one.stop ? way : std::max(one.bend, two.bend) * (way + ds) * (way + ds) / 8.0;
       }
       if (stoppable(stops)) break;
-      if (s_dot < kLeast_rad_s) return false;
+      if (s_dot < kLeast_rad_s || interrupt.now()) return false;
     }
   }
   return true;
@@ -171,7 +186,9 @@ bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::V
 /// s over time at the speeds of the grid, each part between two stops averaged over `window_s`.
 class PathClock {
  public:
-  PathClock(const std::vector<GridPoint>& grid, const std::vector<double>& speed, double window_s)
+  /// @param x_max  0 where it stops
+  PathClock(const std::vector<GridPoint>& grid, const std::vector<double>& x_max,
+            const std::vector<double>& speed, double window_s)
       : grid_(grid), speed_(speed), window_(window_s), time_(grid.size(), 0.0), way_(time_) {
     parts_.push_back({0, 0, 0.0});
     for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
@@ -180,7 +197,7 @@ class PathClock {
       time_[i + 1] = time_[i] + dt;
       way_[i + 1] = way_[i] + dt * (grid[i].s + dt * (2.0 * speed[i] + speed[i + 1]) / 6.0);
       parts_.back().last = i + 1;
-      if (grid[i + 1].x_max == 0.0 && i + 2 < grid.size())
+      if (x_max[i + 1] == 0.0 && i + 2 < grid.size())
         parts_.push_back(
             {i + 1, i + 1,
              parts_.back().begin + window_s + time_[i + 1] - time_[parts_.back().first]});
@@ -258,7 +275,7 @@ class PathClock {
 };
 
 JointTrajectory sampled(const SmoothPath& path, const PathClock& clock, double stretch,
-                        double period_s) {
+                        double period_s, const Interrupt& interrupt) {
   const double duration = stretch * clock.duration();
   const auto periods =
       static_cast<Eigen::Index>(std::max(1.0, std::ceil(duration / period_s - 1e-9)));
@@ -266,7 +283,7 @@ JointTrajectory sampled(const SmoothPath& path, const PathClock& clock, double s
   JointTrajectory motion{period_s, Eigen::MatrixXd(path.dof(), periods + 1),
                          Eigen::MatrixXd::Zero(path.dof(), periods + 1)};
   motion.position.col(0) = path.at(0.0).q;
-  for (Eigen::Index k = 1; k < periods; ++k) {
+  for (Eigen::Index k = 1; k < periods && !interrupt.now(); ++k) {
     const auto [s, s_dot] = clock.at(static_cast<double>(k) * period_s / stretch);
     const SmoothPath::Point point = path.at(std::clamp(s, 0.0, path.length()));
     motion.position.col(k) = point.q;
@@ -287,7 +304,8 @@ constexpr double kStrict = kTolerance - 1e-9;  // makes a limit one without tole
 /// beyond what can be stopped, in time: the motion keeps them if it takes so much longer. The arm
 /// rests before and behind the motion.
 std::vector<double> excess(const JointTrajectory& motion, const PathClock& clock,
-                           const std::vector<GridPoint>& grid, const Limits& limits) {
+                           const std::vector<GridPoint>& grid, const Limits& limits,
+                           const Interrupt& interrupt) {
   const Eigen::Index count = motion.samples();
   const double pace = clock.duration() / motion.duration_s();
   const auto q = [&](Eigen::Index k) {
@@ -298,7 +316,7 @@ std::vector<double> excess(const JointTrajectory& motion, const PathClock& clock
   };
   std::vector<double> beyond;
   std::size_t i = 0;
-  for (Eigen::Index k = 0; k < count; ++k) {
+  for (Eigen::Index k = 0; k < count && !interrupt.now(); ++k) {
     const double v = share(motion.velocity.col(k), limits.v);
     const double a = share(q(k + 1) - 2.0 * q(k) + q(k - 1), limits.a);
     const double j = share(q(k + 2) - 3.0 * q(k + 1) + 3.0 * q(k) - q(k - 1), limits.j);
@@ -311,33 +329,37 @@ std::vector<double> excess(const JointTrajectory& motion, const PathClock& clock
   return beyond;
 }
 
-/// The motion with these limits of the acceleration: see time_optimal.
-JointTrajectory smoothed(const SmoothPath& path, const std::vector<GridPoint>& proven,
-                         const Limits& limits, double period_s) {
+/// The motion with these limits of the acceleration: see time_optimal. Empty if interrupted.
+JointTrajectory smoothed(const SmoothPath& path, const std::vector<GridPoint>& grid,
+                         const Limits& limits, double period_s, const Interrupt& interrupt) {
   constexpr int kMostRounds = 20, kPatience = 4;
   constexpr double kBetter = 0.998;
   const double window = (limits.a.array() / limits.j.array()).maxCoeff();
-  std::vector<GridPoint> grid = proven;
+  std::vector<double> x_max = x_max_of(grid);
   std::optional<JointTrajectory> best;
   std::vector<double> cap(grid.size());
   for (int round = 0, since = 0; round < kMostRounds && since < kPatience; ++round) {
-    const std::vector<double> speed = fastest(grid, limits.a);
-    const PathClock clock(grid, speed, window);
-    JointTrajectory motion = sampled(path, clock, 1.0, period_s);
+    const std::vector<double> speed = fastest(grid, x_max, limits.a, interrupt);
+    if (interrupt.told()) return {};
+    const PathClock clock(grid, x_max, speed, window);
+    JointTrajectory motion = sampled(path, clock, 1.0, period_s, interrupt);
     const double h = period_s * clock.duration() / motion.duration_s();
-    const std::vector<double> beyond = excess(motion, clock, proven, limits);
+    const std::vector<double> beyond = excess(motion, clock, grid, limits, interrupt);
+    if (interrupt.told()) return {};
     const double worst = *std::ranges::max_element(beyond);
     double still = worst;
     for (double stretch = worst; still > kTolerance; stretch *= still) {
-      motion = sampled(path, clock, stretch, period_s);
-      still = std::ranges::max(excess(motion, clock, proven, limits));
+      motion = sampled(path, clock, stretch, period_s, interrupt);
+      const std::vector<double> left = excess(motion, clock, grid, limits, interrupt);
+      if (interrupt.told()) return {};
+      still = std::ranges::max(left);
     }
     const bool better = !best || motion.duration_s() < kBetter * best->duration_s();
     since = better ? 0 : since + 1;
     if (!best || motion.samples() < best->samples()) best = std::move(motion);
     if (worst <= kTolerance) break;
     std::ranges::fill(cap, std::numeric_limits<double>::infinity());
-    for (std::size_t k = 0; k < beyond.size(); ++k) {
+    for (std::size_t k = 0; k < beyond.size() && !interrupt.now(); ++k) {
       if (beyond[k] <= kTolerance) continue;
       const double t = static_cast<double>(k) * h, r = beyond[k] + 0.2 * (beyond[k] - 1.0);
       const auto [from, to] = clock.influence(std::max(t - h, 0.0), t + 2.0 * h);
@@ -348,22 +370,25 @@ JointTrajectory smoothed(const SmoothPath& path, const std::vector<GridPoint>& p
       const double cut = *lo < flat ? *lo + (*hi - *lo) / (r * r * r) : *hi / r;
       for (std::size_t p = from; p <= to; ++p) cap[p] = std::min(cap[p], cut);
     }
-    for (std::size_t p = 0; p < grid.size(); ++p)
-      grid[p].x_max = std::min(grid[p].x_max, cap[p] * cap[p]);
+    for (std::size_t p = 0; p < grid.size(); ++p) x_max[p] = std::min(x_max[p], cap[p] * cap[p]);
   }
   return *best;
 }
 
 JointTrajectory timed(const SmoothPath& path, const std::vector<GridPoint>& grid,
-                      const Limits& limits, double period_s) {
-  if (limits.j.size() == 0)
-    return sampled(path, PathClock(grid, fastest(grid, limits.a), 0.0), 1.0, period_s);
-  JointTrajectory best = smoothed(path, grid, limits, period_s);
+                      const Limits& limits, double period_s, const Interrupt& interrupt) {
+  if (limits.j.size() == 0) {
+    const std::vector<double> x_max = x_max_of(grid),
+                              speed = fastest(grid, x_max, limits.a, interrupt);
+    if (interrupt.told()) return {};
+    return sampled(path, PathClock(grid, x_max, speed, 0.0), 1.0, period_s, interrupt);
+  }
+  JointTrajectory best = smoothed(path, grid, limits, period_s, interrupt);
   double share = 1.0;
   for (const double factor : {0.7, 0.85, 1.15}) {
-    while (share * factor < 1.0) {
-      JointTrajectory other =
-          smoothed(path, grid, {limits.v, share * factor * limits.a, limits.j}, period_s);
+    while (share * factor < 1.0 && !interrupt.told()) {
+      JointTrajectory other = smoothed(path, grid, {limits.v, share * factor * limits.a, limits.j},
+                                       period_s, interrupt);
       if (other.samples() >= best.samples()) break;
       best = std::move(other);
       share *= factor;
@@ -378,18 +403,23 @@ std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
                                             const Eigen::VectorXd& v_max_rad_s,
                                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
                                             const Stoppable& stoppable, double alone_s,
-                                            const Eigen::VectorXd& j_max_rad_s3) {
-  std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
-  if (!slow_down(path, fastest(grid, a_max_rad_s2), a_max_rad_s2, stoppable, alone_s, grid))
+                                            const Eigen::VectorXd& j_max_rad_s3,
+                                            const Interrupt& interrupt) {
+  std::vector<GridPoint> grid = grid_of(path, v_max_rad_s, interrupt);
+  if (!slow_down(path, fastest(grid, x_max_of(grid), a_max_rad_s2, interrupt), a_max_rad_s2,
+                 stoppable, alone_s, grid, interrupt))
     return std::nullopt;
-  return timed(path, grid, {v_max_rad_s, a_max_rad_s2, j_max_rad_s3}, period_s);
+  JointTrajectory motion =
+      timed(path, grid, {v_max_rad_s, a_max_rad_s2, j_max_rad_s3}, period_s, interrupt);
+  if (interrupt.told()) return std::nullopt;
+  return motion;
 }
 
 JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
                              const Eigen::VectorXd& a_max_rad_s2, double period_s,
                              const Eigen::VectorXd& j_max_rad_s3) {
-  return timed(path, grid_of(path, v_max_rad_s), {v_max_rad_s, a_max_rad_s2, j_max_rad_s3},
-               period_s);
+  return timed(path, grid_of(path, v_max_rad_s, {}), {v_max_rad_s, a_max_rad_s2, j_max_rad_s3},
+               period_s, {});
 }
 
 void Playback::start(JointTrajectory trajectory) {

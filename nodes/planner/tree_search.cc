@@ -128,7 +128,6 @@ class Trees {
         arm_(checker.arm()),
         step_(settings.step_rad),
         most_(settings.max_branches),
-        stop_(settings.stop),
         unit_(settings.seed),
         start_(start),
         goals_(goals),
@@ -191,7 +190,7 @@ class Trees {
   }
 
  private:
-  bool stopped() const { return stop_ && stop_(); }
+  bool stopped() const { return checker_.interrupt().now(); }
   bool certify_branch(Tree& tree, int i) {
     for (; tree.parent(i) >= 0; i = tree.parent(i)) {
       if (checker_.certify(tree.node(tree.parent(i)), tree.node(i))) continue;
@@ -240,7 +239,6 @@ class Trees {
   const kin::ArmModel& arm_;
   double step_;
   int most_;
-  const std::function<bool()>& stop_;
   Random unit_;
   const Eigen::VectorXd& start_;
   std::span<const Eigen::VectorXd> goals_;

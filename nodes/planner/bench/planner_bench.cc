@@ -2,7 +2,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <random>
 
 #include "common/model/files.h"
 #include "nodes/planner/bench/query_bench.h"
@@ -178,6 +180,42 @@ void task(benchmark::State& state) {  // 0: precision, above, high; 1: full, bel
   }
 }
 BENCHMARK(task)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+
+/// How late a plan ends after deadlines at random times of the whole work: roadmap and task.
+void deadline(benchmark::State& state) {
+  using Clock = std::chrono::steady_clock;
+  const Demo& d = demo();
+  const Task task{Grip::full, Transport::below, "low"};
+  const auto work = [&](const TaskSettings& settings) {
+    const Roadmap roadmap = prepare_roadmap(d.arm, d.table, settings);
+    return !settings.interrupt.told() &&
+           plan_task(d.arm, d.table, roadmap, d.arm.home, task, settings).has_value();
+  };
+  const auto begin = Clock::now();
+  if (!work(d.settings)) return state.SkipWithError("no plan");
+  const double whole_us = std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
+  std::mt19937_64 random(7);
+  std::vector<double> late_us;
+  std::string latest;
+  for (auto _ : state) {
+    const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double, std::micro>(
+                                            std::uniform_real_distribution(0.0, whole_us)(random)));
+    TaskSettings settings = d.settings;
+    settings.interrupt = Interrupt(
+        "", [end] { return Clock::now() >= end; }, 4);
+    if (work(settings)) continue;
+    late_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - end).count());
+    if (late_us.back() == std::ranges::max(late_us)) latest = settings.interrupt.reason().reason;
+  }
+  std::sort(late_us.begin(), late_us.end());
+  state.SetLabel("latest" + latest);
+  state.counters["passed"] = static_cast<double>(late_us.size());
+  state.counters["median_us"] = late_us[late_us.size() / 2];
+  state.counters["p95_us"] = late_us[late_us.size() * 95 / 100];
+  state.counters["worst_us"] = late_us.back();
+}
+BENCHMARK(deadline)->Iterations(200)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace mimesis::planner

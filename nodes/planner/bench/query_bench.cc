@@ -40,6 +40,38 @@ struct Times {
   }
 };
 
+/// What reading the clock takes, which is no part of a plan [us].
+double reading_us() {
+  static const double least = [] {
+    double us = 1e18;
+    for (int i = 0; i < 1000; ++i) {
+      const double begin_us = processor_us();
+      us = std::min(us, processor_us() - begin_us);
+    }
+    return us;
+  }();
+  return least;
+}
+
+/// Calls visit(arm, scene, judge, query) for all queries of an arm whose straight line is blocked.
+/// Labels the state with the arm; without the problem set it is skipped.
+template <class Visit>
+void visit_blocked(benchmark::State& state, const Visit& visit) {
+  const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
+  state.SetLabel(robot);
+  const auto set = load_problem_set(robot);
+  if (!set) return state.SkipWithError("no ../shared/data/planner");
+  for (auto _ : state) {
+    for (const ProblemScene& scene : set->scenes) {
+      CollisionChecker judge(set->arm, scene.obstacles, 0.0);
+      for (const Query& query : scene.queries) {
+        const auto straight = [&](const auto& goal) { return judge.certify(query.start, goal); };
+        if (std::ranges::none_of(query.goals, straight)) visit(set->arm, scene, judge, query);
+      }
+    }
+  }
+}
+
 void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
 BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
 
@@ -60,47 +92,33 @@ Lengths known_lengths(const std::string& file) {
 /// written to FILE.
 void lengths(benchmark::State& state) {
   const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
-  const auto set = load_problem_set(robot);
-  if (!set) {
-    state.SkipWithError("no ../shared/data/planner");
-    return;
-  }
   const char* file = std::getenv("MIMESIS_BEST_LENGTHS");
   const char* ms = std::getenv("MIMESIS_BEST_MS");
   const double effort_us = 1e3 * (file != nullptr && ms != nullptr ? std::atof(ms) : 50.0);
   Lengths known = known_lengths(file != nullptr ? file : MIMESIS_BEST_LENGTHS);
   std::vector<double> ratios;
-  for (auto _ : state) {
-    for (const ProblemScene& scene : set->scenes) {
-      CollisionChecker judge(set->arm, scene.obstacles, 0.0);
-      for (const Query& query : scene.queries) {
-        const auto straight = [&](const auto& goal) { return judge.certify(query.start, goal); };
-        if (std::ranges::any_of(query.goals, straight)) continue;
-        CollisionChecker checker(set->arm, scene.obstacles, kQueryMargin);
-        const double end_us = processor_us() + effort_us;
-        const auto found = find_path({}, checker, query.start, query.goals, {},
-                                     {.shortcuts = 400,
-                                      .repeats = 1'000'000,
-                                      .stop = [&] { return processor_us() > end_us; },
-                                      .seed = file != nullptr ? 1001u : 1u});
-        if (!found) continue;
-        const double length = path_length(found->waypoints);
-        double& best = known
-                           .try_emplace(fmt::format("{} {} {}", robot, scene.name,
-                                                    &query - scene.queries.data()),
-                                        length)
-                           .first->second;
-        ratios.push_back(length / best);
-        best = std::min(best, length);
-      }
-    }
-  }
+  visit_blocked(state, [&](const kin::ArmModel& arm, const ProblemScene& scene, CollisionChecker&,
+                           const Query& query) {
+    const double end_us = processor_us() + effort_us;
+    CollisionChecker checker(arm, scene.obstacles, kQueryMargin,
+                             {"time is up", [=] { return processor_us() > end_us; }, 16});
+    const auto found =
+        find_path({}, checker, query.start, query.goals, {},
+                  {.shortcuts = 400, .repeats = 1'000'000, .seed = file != nullptr ? 1001u : 1u});
+    if (!found) return;
+    const double length = path_length(found->waypoints);
+    const auto number = &query - scene.queries.data();
+    double& best =
+        known.try_emplace(fmt::format("{} {} {}", robot, scene.name, number), length).first->second;
+    ratios.push_back(length / best);
+    best = std::min(best, length);
+  });
+  if (ratios.empty()) return;
   if (file != nullptr) {
     std::ofstream out(file);
     for (const auto& [query, length] : known) out << fmt::format("{} {:.5f}\n", query, length);
   }
   std::sort(ratios.begin(), ratios.end());
-  state.SetLabel(robot);
   state.counters["asked"] = static_cast<double>(ratios.size());
   state.counters["mean"] =
       std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size());
@@ -124,42 +142,30 @@ Path plan_first_path(const kin::ArmModel& arm, const Obstacles& obstacles, doubl
 }
 
 void plan_blocked_queries(benchmark::State& state, const PlanQuery& plan, const PlanQuery& peer) {
-  const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
-  const auto set = load_problem_set(robot);
-  if (!set) {
-    state.SkipWithError("no ../shared/data/planner");
-    return;
-  }
+  reading_us();  // before the first plan is timed
   Times ours, theirs;
   std::vector<double> ratios;
-  for (auto _ : state) {
-    for (const ProblemScene& scene : set->scenes) {
-      CollisionChecker judge(set->arm, scene.obstacles, 0.0);
-      for (const Query& query : scene.queries) {
-        const auto straight = [&](const auto& goal) { return judge.certify(query.start, goal); };
-        if (std::any_of(query.goals.begin(), query.goals.end(), straight)) continue;
-        const auto timed = [&](const PlanQuery& planner, Path& path) {
-          const double begin_us = processor_us();
-          path = planner(set->arm, scene.obstacles, kQueryMargin, query);
-          return processor_us() - begin_us;
-        };
-        double our_us = 1e18, their_us = 1e18;
-        Path our_path, their_path;
-        for (int turn = 0; turn < 3; ++turn) {
-          our_us = std::min(our_us, timed(plan, our_path));
-          if (peer) their_us = std::min(their_us, timed(peer, their_path));
-        }
-        ours.add(our_us, our_path, judge);
-        if (!peer) continue;
-        theirs.add(their_us, their_path, judge);
-        ratios.push_back(their_us / our_us);
-      }
+  visit_blocked(state, [&](const kin::ArmModel& arm, const ProblemScene& scene,
+                           CollisionChecker& judge, const Query& query) {
+    const auto timed = [&](const PlanQuery& planner, Path& path) {
+      const double begin_us = processor_us();
+      path = planner(arm, scene.obstacles, kQueryMargin, query);
+      return processor_us() - begin_us - reading_us();
+    };
+    double our_us = 1e18, their_us = 1e18;
+    Path our_path, their_path;
+    for (int turn = 0; turn < 3; ++turn) {
+      our_us = std::min(our_us, timed(plan, our_path));
+      if (peer) their_us = std::min(their_us, timed(peer, their_path));
     }
-  }
-  state.SetLabel(robot);
+    ours.add(our_us, our_path, judge);
+    if (!peer) return;
+    theirs.add(their_us, their_path, judge);
+    ratios.push_back(their_us / our_us);
+  });
   state.counters["asked"] = static_cast<double>(ours.us.size());
   ours.report(state, "");
-  if (!peer) return;
+  if (ratios.empty()) return;
   theirs.report(state, "peer_");
   std::sort(ratios.begin(), ratios.end());
   state.counters["ratio"] = ratios[ratios.size() / 2];

@@ -112,7 +112,7 @@ TEST(MovePlan, LeavesTheObjectAndLiftsWhatItHolds) {
 TEST(MovePlan, EndsWhenItIsToldToStop) {
   MoveDemo demo;
   long asked = 0;
-  demo.settings.search.stop = [&asked] { return ++asked > 3; };
+  demo.settings.interrupt = Interrupt("told so", [&asked] { return ++asked > 3; });
   Eigen::VectorXd far = demo.arm.home;
   far[0] += 2.5;
   EXPECT_FALSE(demo.plan({demo.table, demo.arm.home, Move{{{far}}, {{demo.arm.home}}}}));

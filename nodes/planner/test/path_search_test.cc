@@ -175,23 +175,25 @@ TEST(FindPath, EndsWhenItIsTold) {
     cage.balls.push_back({{x, 0.1, 0.0}, 0.05});
     cage.balls.push_back({{-x, 0.1, 0.0}, 0.05});
   }
-  CollisionChecker checker(arm, cage, kPathMargin);
+  CollisionChecker whole(arm, cage, kPathMargin);
   const std::vector<Eigen::VectorXd> goals{kAbove};
-  const Roadmap roadmap = planar_roadmap(checker);
+  const Roadmap roadmap = planar_roadmap(whole);
   for (const Roadmap& map : {Roadmap{}, roadmap}) {
     int asked = 0;
     long postures = 0, most = 0;  // since it was asked before
-    SearchSettings settings{.max_branches = 1'000'000'000};
-    settings.stop = [&] {
-      most = std::max(most, asked == 0 ? 0 : checker.postures_checked() - postures);
-      postures = checker.postures_checked();
+    CollisionChecker* at_work = nullptr;
+    const auto asks = [&] {
+      most = std::max(most, at_work->postures_checked() - postures);
+      postures = at_work->postures_checked();
       return ++asked > 200;
     };
-    const auto found = find_path(map, checker, kBelow, goals, {}, settings);
+    CollisionChecker checker(arm, cage, kPathMargin, {"it was told", asks});
+    at_work = &checker;
+    const auto found = find_path(map, checker, kBelow, goals, {}, {.max_branches = 1'000'000'000});
     ASSERT_FALSE(found);
-    EXPECT_EQ(found.error().reason, "stopped before a path was found");
-    EXPECT_LE(checker.postures_checked() - postures, 0) << "nothing after it was told";
-    EXPECT_LE(most, 4000) << "asked often";
+    EXPECT_EQ(found.error().reason, "it was told");
+    EXPECT_EQ(checker.postures_checked(), postures) << "nothing after it was told";
+    EXPECT_LE(most, kLanes) << "asked before each batch";
   }
 }
 

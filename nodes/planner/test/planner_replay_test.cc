@@ -100,7 +100,8 @@ TEST(PlannerNode, ReplayedGivesTheSameBytesWithoutAThread) {
   EXPECT_TRUE(tape.at_end());
 }
 
-/// Tests with deadlines that are met, and one that is not; each waits for the thread.
+/// Tests: one is aborted while it builds the roadmap; of the others' deadlines one is not met. Each
+/// waits for the thread.
 std::vector<Outputs> run_requests(testing::OutsideTape& tape) {
   const auto threads = threads_of_this_process();
   testing::Loopback graph({.lockstep = false, .outside = &tape});
@@ -111,13 +112,18 @@ std::vector<Outputs> run_requests(testing::OutsideTape& tape) {
   asked.set_grip(v1::GRIP_PRECISION);
   asked.set_transport(v1::TRANSPORT_ABOVE);
   asked.set_goal(v1::GOAL_HIGH);
-  for (const double deadline_s : {600.0, 1e-4, 600.0, 0.02}) {
+  for (const double deadline_s : {0.0, 600.0, 1e-4, 600.0, 0.02}) {
     asked.set_deadline_s(deadline_s);
     EXPECT_TRUE(graph.call("test/plan", asked.SerializeAsString(), {}));
   }
   std::vector<Outputs> steps;
-  for (int answers = 0; answers < 4 && steps.size() < 100'000;) {
+  for (int answers = 0; answers < 5 && steps.size() < 100'000;) {
     const runtime::Time now = 10s + 5ms * steps.size();
+    if (steps.size() == 3) {
+      v1::PlanTicket first;
+      first.set_ticket(1);
+      EXPECT_TRUE(graph.call("test/abort", first.SerializeAsString(), {}));
+    }
     robot.send_states(graph, now);
     node.step(now);
     steps.push_back(graph.take_all());
@@ -138,10 +144,12 @@ TEST(PlannerNode, DeadlinesOfRequestsAreReplayed) {
       ASSERT_TRUE(answers.emplace_back().ParseFromString(bytes));
     }
   }
-  ASSERT_EQ(answers.size(), 4u);
-  EXPECT_TRUE(answers[0].succeeded()) << answers[0].reason();
-  EXPECT_EQ(answers[1].reason(), "no plan within the deadline of 0.0001 s");
-  EXPECT_TRUE(answers[2].succeeded()) << answers[2].reason();
+  ASSERT_EQ(answers.size(), 5u);
+  EXPECT_EQ(answers[0].reason(), "aborted");
+  EXPECT_TRUE(answers[1].succeeded()) << answers[1].reason();
+  EXPECT_TRUE(answers[2].reason().starts_with("the deadline of 0.0001 s passed while "))
+      << answers[2].reason();
+  EXPECT_TRUE(answers[3].succeeded()) << answers[3].reason();
 
   tape.rewind();
   EXPECT_EQ(run_requests(tape), live);

@@ -132,9 +132,13 @@ tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel&
       o.roadmap.empty()
           ? nullptr
           : std::make_shared<const planner::Roadmap>(planner::load_roadmap(o.roadmap, arm));
-  const auto end = std::chrono::steady_clock::now() + from_seconds(o.deadline_s);
-  if (o.deadline_s > 0.0)
-    settings.search.stop = [end] { return std::chrono::steady_clock::now() >= end; };
+  if (o.deadline_s > 0.0) {
+    constexpr std::uint64_t kQuestionsPerLook = 4;
+    const auto end = std::chrono::steady_clock::now() + from_seconds(o.deadline_s);
+    settings.interrupt = Interrupt(
+        fmt::format("the deadline of {:g} ms passed", 1e3 * o.deadline_s),
+        [end] { return std::chrono::steady_clock::now() >= end; }, kQuestionsPerLook);
+  }
   std::shared_ptr<const planner::Roadmap> roadmap;
   if (stored) {
     roadmap = refreshed_roadmap(stored, arm, request.table, settings);
@@ -143,8 +147,6 @@ tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel&
         task ? prepare_roadmap(arm, request.table, settings) : planner::Roadmap{});
   }
   auto plan = plan_request(arm, *roadmap, request, settings);
-  if (!plan && o.deadline_s > 0.0 && settings.search.stop())
-    return tl::unexpected(Status{fmt::format("no plan within {:g} ms", 1e3 * o.deadline_s)});
   if (!plan) return tl::unexpected(plan.error());
   if (plan->motions.empty()) return tl::unexpected(Status{"the arm is at the goal already"});
   auto path = task ? std::vector<Eigen::VectorXd>{} : waypoints(plan->motions);
