@@ -34,8 +34,7 @@ struct RigAccuracy {
 struct SceneLimits {
   int min_area = 30;         ///< smaller regions are noise [pixels]
   double epipolar_px = 4.0;  ///< regions of one thing are this near to each other's epipolar lines
-  /// Rows of the rectified pictures in which the same things are seen differ by less, rms.
-  double rows_px = 0.7;
+  double rows_px = 0.7;       ///< rows of one thing in rectified pictures differ by less, rms
   double moved_m = 0.01;      ///< a thing that is seen this far from its place has moved
   int pictures = 5;           ///< as many are needed for a thing to be known
   int settled_pictures = 10;  ///< as many are needed for its place to be told for good
