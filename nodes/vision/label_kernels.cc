@@ -56,9 +56,47 @@ __attribute__((target("avx2"))) std::size_t look_up_bgr_avx2(const std::uint8_t*
   return i;
 }
 
+/// Entries of a table of 64 bytes, which lies in four registers of twice 16.
+__attribute__((target("avx2"))) inline __m256i of_64(const __m256i* table, __m256i index) {
+  __m256i out = _mm256_setzero_si256();
+  for (int k = 0; k < 4; ++k) {
+    // 0x70..0x7f within the k-th 16, else 0x80 or more, which the shuffle turns into 0
+    const __m256i at =
+        _mm256_add_epi8(_mm256_xor_si256(index, _mm256_set1_epi8(static_cast<char>(16 * k))),
+                        _mm256_set1_epi8(0x70));
+    out = _mm256_or_si256(out, _mm256_shuffle_epi8(table[k], at));
+  }
+  return out;
+}
+
+__attribute__((target("avx2"))) inline void spread(const YuyvCells::Sieve& from, __m256i* to) {
+  for (int k = 0; k < 4; ++k) {
+    to[k] = _mm256_broadcastsi128_si256(
+        _mm_loadu_si128(reinterpret_cast<const __m128i*>(from.data() + 16 * k)));
+  }
+}
+
+/// Of the 32 pairs of 64 pixels, which may be of a class: bit 4 q + j is pair j of the q-th 16
+/// pixels, bit 16 + 4 q + j is its pair 4 + j.
+__attribute__((target("avx2"))) inline std::uint32_t sift(const __m256i* pixels, const __m256i* u,
+                                                          const __m256i* v) {
+  const __m256i low = _mm256_set1_epi16(0xff), six = _mm256_set1_epi8(0x3f);
+  const __m256i a = _mm256_packus_epi16(_mm256_srli_epi16(pixels[0], 8),
+                                        _mm256_srli_epi16(pixels[1], 8)),
+                b = _mm256_packus_epi16(_mm256_srli_epi16(pixels[2], 8),
+                                        _mm256_srli_epi16(pixels[3], 8));
+  const __m256i all_u = _mm256_packus_epi16(_mm256_and_si256(a, low), _mm256_and_si256(b, low)),
+                all_v = _mm256_packus_epi16(_mm256_srli_epi16(a, 8), _mm256_srli_epi16(b, 8));
+  const __m256i both =
+      _mm256_and_si256(of_64(u, _mm256_and_si256(_mm256_srli_epi16(all_u, 2), six)),
+                       of_64(v, _mm256_and_si256(_mm256_srli_epi16(all_v, 2), six)));
+  return ~static_cast<std::uint32_t>(
+      _mm256_movemask_epi8(_mm256_cmpeq_epi8(both, _mm256_setzero_si256())));
+}
+
 __attribute__((target("avx2"))) std::size_t look_up_yuyv_avx2(const std::uint8_t* yuyv,
                                                               std::size_t pixels,
-                                                              const std::uint8_t* cells,
+                                                              const YuyvCells& yuyv_cells,
                                                               std::uint8_t* labels) {
   // Lanes of 16 bits: U and Y << 8 of each pixel, and V.
   const __m256i blue = _mm256_setr_epi8(1, 0, 1, 2, 5, 4, 5, 6, 9, 8, 9, 10, 13, 12, 13, 14,  //
@@ -67,44 +105,74 @@ __attribute__((target("avx2"))) std::size_t look_up_yuyv_avx2(const std::uint8_t
                                        3, -1, 3, -1, 7, -1, 7, -1, 11, -1, 11, -1, 15, -1, 15, -1);
   const __m256i of_luma = _mm256_set1_epi16(static_cast<short>(0xf000)),
                 of_u = _mm256_set1_epi16(0x3f), of_v = _mm256_set1_epi16(0x3f << 6);
+  const std::uint8_t* cells = yuyv_cells.cells();
+  __m256i u[4], v[4], block[4];
+  spread(yuyv_cells.u(), u);
+  spread(yuyv_cells.v(), v);
   std::size_t i = 0;
-  for (; i + 16 <= pixels; i += 16, yuyv += 32) {
-    const __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(yuyv));
-    const __m256i luma_u = _mm256_shuffle_epi8(v, blue), only_v = _mm256_shuffle_epi8(v, red);
-    const __m256i cell =
-        _mm256_or_si256(_mm256_and_si256(luma_u, of_luma),
-                        _mm256_or_si256(_mm256_and_si256(_mm256_srli_epi16(luma_u, 2), of_u),
-                                        _mm256_and_si256(_mm256_slli_epi16(only_v, 4), of_v)));
-    look_up_eight(static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 0)),
-                  static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 1)), cells, labels + i);
-    look_up_eight(static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 2)),
-                  static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 3)), cells, labels + i + 8);
+  for (; i + 64 <= pixels; i += 64, yuyv += 128) {
+    for (int q = 0; q < 4; ++q)
+      block[q] = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(yuyv) + q);
+    const std::uint32_t may = sift(block, u, v);
+    std::memset(labels + i, 0, 64);
+    if (may == 0) continue;
+    for (int q = 0; q < 4; ++q) {
+      const std::uint32_t here = may >> 4 * q;
+      if ((here & 0x000f000f) == 0) continue;
+      const __m256i luma_u = _mm256_shuffle_epi8(block[q], blue),
+                    only_v = _mm256_shuffle_epi8(block[q], red);
+      const __m256i cell =
+          _mm256_or_si256(_mm256_and_si256(luma_u, of_luma),
+                          _mm256_or_si256(_mm256_and_si256(_mm256_srli_epi16(luma_u, 2), of_u),
+                                          _mm256_and_si256(_mm256_slli_epi16(only_v, 4), of_v)));
+      std::uint8_t* to = labels + i + 16 * q;
+      if ((here & 0xf) != 0) {
+        look_up_eight(static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 0)),
+                      static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 1)), cells, to);
+      }
+      if ((here & 0xf0000) != 0) {
+        look_up_eight(static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 2)),
+                      static_cast<std::uint64_t>(_mm256_extract_epi64(cell, 3)), cells, to + 8);
+      }
+    }
   }
   return i;
 }
 
 #endif
 
-/// Class of the middle of three rows where all nine pixels have it.
-MIMESIS_VECTOR_CLONES void uniform_row(const std::uint8_t* above, const std::uint8_t* row,
-                                       const std::uint8_t* below, int width, std::uint8_t* out) {
+// Opening is separable: three alike in each of three rows, then these alike; the largest likewise.
+
+MIMESIS_VECTOR_CLONES void alike_in_row(const std::uint8_t* row, int width, std::uint8_t* out) {
   for (int u = 1; u + 1 < width; ++u) {
     const std::uint8_t v = row[u];
-    const int differs = (row[u - 1] ^ v) | (row[u + 1] ^ v) | (above[u - 1] ^ v) | (above[u] ^ v) |
-                        (above[u + 1] ^ v) | (below[u - 1] ^ v) | (below[u] ^ v) |
-                        (below[u + 1] ^ v);
-    out[u] = differs != 0 ? std::uint8_t{0} : v;
+    out[u] = ((row[u - 1] ^ v) | (row[u + 1] ^ v)) != 0 ? std::uint8_t{0} : v;
   }
 }
 
-/// Largest of nine; where squares of two classes would meet there is none of both.
-MIMESIS_VECTOR_CLONES void spread_row(const std::uint8_t* above, const std::uint8_t* row,
-                                      const std::uint8_t* below, int width, std::uint8_t* out) {
-  for (int u = 1; u + 1 < width; ++u) {
-    std::uint8_t most = std::max(std::max(row[u - 1], row[u]), row[u + 1]);
-    most = std::max(most, std::max(std::max(above[u - 1], above[u]), above[u + 1]));
-    out[u] = std::max(most, std::max(std::max(below[u - 1], below[u]), below[u + 1]));
+MIMESIS_VECTOR_CLONES void alike_in_column(const std::uint8_t* above, const std::uint8_t* row,
+                                           const std::uint8_t* below, int width,
+                                           std::uint8_t* out) {
+  for (int u = 0; u < width; ++u) {
+    const std::uint8_t v = row[u];
+    out[u] = ((above[u] ^ v) | (below[u] ^ v)) != 0 ? std::uint8_t{0} : v;
   }
+}
+
+MIMESIS_VECTOR_CLONES void most_in_row(const std::uint8_t* row, int width, std::uint8_t* out) {
+  for (int u = 1; u + 1 < width; ++u) out[u] = std::max(std::max(row[u - 1], row[u]), row[u + 1]);
+}
+
+/// Where squares of two classes would meet there is none of both.
+MIMESIS_VECTOR_CLONES void most_in_column(const std::uint8_t* above, const std::uint8_t* row,
+                                          const std::uint8_t* below, int width, std::uint8_t* out) {
+  for (int u = 0; u < width; ++u) out[u] = std::max(std::max(above[u], row[u]), below[u]);
+}
+
+MIMESIS_VECTOR_CLONES std::uint8_t any_of(const std::uint8_t* row, int width) {
+  std::uint8_t all = 0;
+  for (int u = 0; u < width; ++u) all |= row[u];
+  return all;
 }
 
 }  // namespace
@@ -134,44 +202,72 @@ void look_up_yuyv_scalar(const std::uint8_t* yuyv, std::size_t pixels, const std
   }
 }
 
-void look_up_yuyv(const std::uint8_t* yuyv, std::size_t pixels, const std::uint8_t* cells,
+void look_up_yuyv(const std::uint8_t* yuyv, std::size_t pixels, const YuyvCells& cells,
                   std::uint8_t* labels) {
   std::size_t done = 0;
 #ifdef MIMESIS_HAS_AVX2
   if (kHasAvx2) done = look_up_yuyv_avx2(yuyv, pixels, cells, labels);
 #endif
-  look_up_yuyv_scalar(yuyv + 2 * done, pixels - done, cells, labels + done);
+  look_up_yuyv_scalar(yuyv + 2 * done, pixels - done, cells.cells(), labels + done);
 }
 
-void open_labels(const std::uint8_t* labels, int width, int height, std::uint8_t* uniform,
-                 std::uint8_t* opened) {
-  const auto pass = [width, height](const std::uint8_t* from, std::uint8_t* to, const auto& rows,
-                                    const auto& pixel) {
-    for (int v = 0; v < height; ++v) {
-      const std::ptrdiff_t w = width;
-      const std::uint8_t* row = from + v * w;
-      const std::uint8_t *above = v > 0 ? row - w : row, *below = v + 1 < height ? row + w : row;
-      rows(above, row, below, width, to + v * w);
-      for (const int u : {0, width - 1}) {  // beyond the border: as at the border
-        const int left = std::max(u - 1, 0), right = std::min(u + 1, width - 1);
-        to[v * w + u] = pixel(above, row, below, left, u, right);
+YuyvCells::YuyvCells(std::vector<std::uint8_t> cells) : cells_(std::move(cells)) {
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (cells_[i] == 0) continue;
+    const auto bit = static_cast<std::uint8_t>(1u << cells_[i] % 8u);
+    u_[i & 63] |= bit;
+    v_[i >> 6 & 63] |= bit;
+  }
+}
+
+/// Row after row, so that all but the pictures stays in the nearest cache. A row without a class is
+/// `empty` and costs nothing more.
+void open_labels(const std::uint8_t* labels, int width, int height,
+                 std::vector<std::uint8_t>& scratch, std::uint8_t* opened) {
+  const auto w = static_cast<std::size_t>(width);
+  scratch.assign(8 * w, 0);
+  const std::uint8_t* const empty = scratch.data() + 7 * w;
+  std::uint8_t* const alike = scratch.data() + 6 * w;
+  std::array<const std::uint8_t*, 3> flat{}, wide{};
+  const auto slot = [](int v) { return static_cast<std::size_t>(v % 3); };
+  const auto around = [&](const auto& rows, int v) {  // beyond the border: as at the border
+    return std::array{rows[slot(std::max(v - 1, 0))], rows[slot(v)],
+                      rows[slot(std::min(v + 1, height - 1))]};
+  };
+  for (int v = 0; v < height + 2; ++v) {
+    if (v < height) {
+      const std::uint8_t* row = labels + static_cast<std::size_t>(v) * w;
+      std::uint8_t* out = scratch.data() + slot(v) * w;
+      flat[slot(v)] = empty;
+      if (any_of(row, width) != 0) {
+        alike_in_row(row, width, out);
+        out[0] = width > 1 && row[1] != row[0] ? std::uint8_t{0} : row[0];
+        if (width > 1) out[w - 1] = row[w - 2] != row[w - 1] ? std::uint8_t{0} : row[w - 1];
+        flat[slot(v)] = out;
       }
     }
-  };
-  pass(labels, uniform, uniform_row,
-       [](const auto* a, const auto* r, const auto* b, int left, int u, int right) {
-         const std::uint8_t c = r[u];
-         for (const auto* row : {a, r, b}) {
-           if (row[left] != c || row[u] != c || row[right] != c) return std::uint8_t{0};
-         }
-         return c;
-       });
-  pass(uniform, opened, spread_row,
-       [](const auto* a, const auto* r, const auto* b, int left, int u, int right) {
-         std::uint8_t most = 0;
-         for (const auto* row : {a, r, b}) most = std::max({most, row[left], row[u], row[right]});
-         return most;
-       });
+    if (v >= 1 && v <= height) {
+      const auto [above, row, below] = around(flat, v - 1);
+      std::uint8_t* out = scratch.data() + (3 + slot(v - 1)) * w;
+      wide[slot(v - 1)] = empty;
+      if (above != empty && row != empty && below != empty) {
+        alike_in_column(above, row, below, width, alike);
+        most_in_row(alike, width, out);
+        out[0] = std::max(alike[0], alike[width > 1 ? 1 : 0]);
+        if (width > 1) out[w - 1] = std::max(alike[w - 2], alike[w - 1]);
+        wide[slot(v - 1)] = out;
+      }
+    }
+    if (v >= 2) {
+      const auto [above, row, below] = around(wide, v - 2);
+      std::uint8_t* out = opened + static_cast<std::size_t>(v - 2) * w;
+      if (above == empty && row == empty && below == empty) {
+        std::memset(out, 0, w);
+      } else {
+        most_in_column(above, row, below, width, out);
+      }
+    }
+  }
 }
 
 }  // namespace mimesis::vision

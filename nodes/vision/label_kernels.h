@@ -1,6 +1,8 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace mimesis::vision {
 
@@ -13,10 +15,26 @@ void look_up_bgr(const std::uint8_t* bgr, std::size_t pixels, const std::uint8_t
 void look_up_bgr_scalar(const std::uint8_t* bgr, std::size_t pixels, const std::uint8_t* cells,
                         std::uint8_t* labels);
 
+/// Classes by a camera's colours, and a sieve of them: most pixels of a picture are of no class,
+/// and U and V alone tell so of most of these.
+class YuyvCells {
+ public:
+  /// @param cells  65536 classes by (U >> 2) | (V >> 2) << 6 | (Y >> 4) << 12
+  explicit YuyvCells(std::vector<std::uint8_t> cells);
+  const std::uint8_t* cells() const { return cells_.data(); }
+  using Sieve = std::array<std::uint8_t, 64>;
+  /// By U >> 2 and V >> 2: bits of all classes that have such cells. No common bit, no class.
+  const Sieve& u() const { return u_; }
+  const Sieve& v() const { return v_; }
+
+ private:
+  std::vector<std::uint8_t> cells_;
+  Sieve u_{}, v_{};
+};
+
 /// The same for a camera's YUYV: Y0 U Y1 V for two pixels.
 /// @param pixels even
-/// @param cells  65536 classes by (U >> 2) | (V >> 2) << 6 | (Y >> 4) << 12
-void look_up_yuyv(const std::uint8_t* yuyv, std::size_t pixels, const std::uint8_t* cells,
+void look_up_yuyv(const std::uint8_t* yuyv, std::size_t pixels, const YuyvCells& cells,
                   std::uint8_t* labels);
 void look_up_yuyv_scalar(const std::uint8_t* yuyv, std::size_t pixels, const std::uint8_t* cells,
                          std::uint8_t* labels);
@@ -24,9 +42,9 @@ void look_up_yuyv_scalar(const std::uint8_t* yuyv, std::size_t pixels, const std
 /// Opening of all classes at once, 3x3: a pixel keeps its class if it lies in a square of 3x3
 /// pixels of this class; beyond the border everything is of its class. What an opening of each
 /// class's mask leaves.
-/// @param uniform scratch, width · height
+/// @param scratch grows to a few rows
 /// @param opened  width · height; not `labels`
-void open_labels(const std::uint8_t* labels, int width, int height, std::uint8_t* uniform,
-                 std::uint8_t* opened);
+void open_labels(const std::uint8_t* labels, int width, int height,
+                 std::vector<std::uint8_t>& scratch, std::uint8_t* opened);
 
 }  // namespace mimesis::vision

@@ -2,12 +2,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "common/error.h"
-#include "nodes/vision/label_kernels.h"
 
 namespace mimesis::vision {
 
@@ -149,7 +149,7 @@ void ColorTable::set_gain(const Eigen::Vector3d& gain_bgr) {
     cells_[i] = static_cast<std::uint8_t>(
         classify({8.0 * (i & 31) + 4.0, 8.0 * (i >> 5 & 31) + 4.0, 8.0 * (i >> 10) + 4.0}));
   }
-  yuyv_cells_.clear();
+  yuyv_cells_.reset();
 }
 
 void ColorTable::apply(const image::Image& image, std::vector<std::uint8_t>& labels) const {
@@ -158,16 +158,17 @@ void ColorTable::apply(const image::Image& image, std::vector<std::uint8_t>& lab
 }
 
 void ColorTable::apply(const YuyvImage& image, std::vector<std::uint8_t>& labels) {
-  if (yuyv_cells_.empty()) {
-    yuyv_cells_.resize(kYuyvCells);
+  if (!yuyv_cells_) {
+    std::vector<std::uint8_t> cells(kYuyvCells);
     for (unsigned i = 0; i < kYuyvCells; ++i) {
       const Eigen::Vector3d bgr =
           bgr_of_yuyv(16 * (i >> 12) + 8, 4 * (i & 63) + 2, 4 * (i >> 6 & 63) + 2);
-      yuyv_cells_[i] = static_cast<std::uint8_t>(classify(bgr));
+      cells[i] = static_cast<std::uint8_t>(classify(bgr));
     }
+    yuyv_cells_.emplace(std::move(cells));
   }
   labels.resize(image.bytes.size() / 2);
-  look_up_yuyv(image.bytes.data(), labels.size(), yuyv_cells_.data(), labels.data());
+  look_up_yuyv(image.bytes.data(), labels.size(), *yuyv_cells_, labels.data());
 }
 
 Eigen::Vector3d median_bgr(const image::Image& image) {
@@ -243,19 +244,32 @@ int RegionFinder::root(int i) {
   return i;
 }
 
+namespace {
+
+/// First column from u on whose label is not `label`, eight at a time.
+int end_of_run(const std::uint8_t* labels, int u, int width, std::uint8_t label) {
+  constexpr std::uint64_t kEach = 0x0101010101010101;
+  for (; u + 8 <= width; u += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, labels + u, sizeof word);
+    word ^= kEach * label;
+    if (word == 0) continue;
+    if constexpr (std::endian::native != std::endian::little) break;
+    return u + std::countr_zero(word) / 8;
+  }
+  while (u < width && labels[u] == label) ++u;
+  return u;
+}
+
+}  // namespace
+
 void RegionFinder::scan_row(const std::uint8_t* labels, int row, int width) {
   int u = 0;
   while (u < width) {
-    while (u + 8 <= width) {  // 8 background pixels at a time: most of a picture
-      std::uint64_t word = 0;
-      std::memcpy(&word, labels + u, sizeof word);
-      if (word != 0) break;
-      u += 8;
-    }
-    while (u < width && labels[u] == 0) ++u;
+    u = end_of_run(labels, u, width, 0);
     if (u >= width) return;
     const int begin = u;
-    while (u < width && labels[u] == labels[begin]) ++u;
+    u = end_of_run(labels, u, width, labels[begin]);
     const int index = static_cast<int>(runs_.size());
     runs_.push_back({row, begin, u, static_cast<Kind>(labels[begin]), index});
     parent_.push_back(index);
@@ -308,9 +322,8 @@ void Segmentation::segment_any(const Picture& picture) {
   if ((gain - table_.gain()).cwiseAbs().maxCoeff() > kNoticeable) table_.set_gain(gain);
   table_.apply(picture, labels_);
   if (open_) {
-    uniform_.resize(labels_.size());
     opened_.resize(labels_.size());
-    open_labels(labels_.data(), picture.width, picture.height, uniform_.data(), opened_.data());
+    open_labels(labels_.data(), picture.width, picture.height, rows_, opened_.data());
     labels_.swap(opened_);
   }
   finder_.find(labels_, picture.width, picture.height);

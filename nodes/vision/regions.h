@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/image/image.h"
+#include "nodes/vision/label_kernels.h"
 
 namespace mimesis::vision {
 
@@ -122,7 +123,7 @@ class ColorTable {
 
   static constexpr std::size_t kCells = 32768, kYuyvCells = 65536;
   std::vector<std::uint8_t> cells_ = std::vector<std::uint8_t>(kCells);
-  std::vector<std::uint8_t> yuyv_cells_;  ///< empty: to be filled
+  std::optional<YuyvCells> yuyv_cells_;  ///< none: to be filled
 };
 
 /// Follows the light: the picture's median colour is mostly table, which keeps its true colour.
@@ -230,7 +231,7 @@ class Segmentation {
   LightMeter light_;
   RegionFinder finder_;
   bool open_;
-  std::vector<std::uint8_t> labels_, uniform_, opened_;
+  std::vector<std::uint8_t> labels_, rows_, opened_;
 };
 
 }  // namespace mimesis::vision

@@ -201,6 +201,7 @@ void StereoScene::restart(Track& track, const Pair& pair) {
   track.count = 1;
   track.missing = track.elsewhere = track.unlike = 0;
   track.known = false;
+  track.rows_px.reset();
   track.last = pair.middle;
 }
 
@@ -309,6 +310,7 @@ void StereoScene::measure(Track& track) {
   }
   const auto found =
       fit_solid(form, cameras_, mean, std::hypot(kFloor_px, kNoise_px / std::sqrt(whole)));
+  if (found) track.rows_px = rows_px(found->solid, mean);
   const bool likely = found && found->misfit < kMisfit &&
                       found->solid.half_width > limits_.smallest_m &&
                       found->solid.length < limits_.largest_m;
@@ -323,6 +325,33 @@ void StereoScene::measure(Track& track) {
   track.announced = true;
   changes_.push_back(fmt::format("{} {} appeared at {}", name(track.thing.kind), track.thing.id,
                                  in_words(found->solid.center)));
+}
+
+double StereoScene::rows_px(const Solid& solid, const std::array<Outline, 2>& seen) const {
+  constexpr double kStep = 1e-3;  // [m]
+  const Vector3d along = kStep * (cameras_[1].eye() - cameras_[0].eye()).normalized();
+  std::array<double, 2> off{};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Eigen::Vector2d row = (cameras_[side].project(solid.center + along) -
+                                 cameras_[side].project(solid.center - along))
+                                    .normalized();
+    const Eigen::Vector2d away =
+        seen[side].mean - outline(cameras_[side], solid.body(), solid.center).mean;
+    off[side] = row.x() * away.y() - row.y() * away.x();
+  }
+  return off[1] - off[0];
+}
+
+std::optional<double> StereoScene::rows_off_px() const {
+  double squares = 0.0;
+  int count = 0;
+  for (const Track& t : tracks_) {
+    if (!t.rows_px || t.missing > 0) continue;
+    squares += *t.rows_px * *t.rows_px;
+    ++count;
+  }
+  if (count < 2) return std::nullopt;
+  return std::sqrt(squares / count);
 }
 
 /// What the errors of the calibration add: each of them alone moves the point in which the rays

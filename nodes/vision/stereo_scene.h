@@ -32,8 +32,9 @@ struct RigAccuracy {
 };
 
 struct SceneLimits {
-  int min_area = 30;          ///< smaller regions are noise [pixels]
-  double epipolar_px = 4.0;   ///< regions of one thing are this near to each other's epipolar lines
+  int min_area = 30;         ///< smaller regions are noise [pixels]
+  double epipolar_px = 4.0;  ///< regions of one thing are this near to each other's epipolar lines
+  double rows_px = 0.7;       ///< rows of one thing in rectified pictures differ by less, rms
   double moved_m = 0.01;      ///< a thing that is seen this far from its place has moved
   int pictures = 5;           ///< as many are needed for a thing to be known
   int settled_pictures = 10;  ///< as many are needed for its place to be told for good
@@ -48,6 +49,7 @@ struct SceneLimits {
   void visit(Visitor& v) {
     v("min_area", min_area, 1, 100000);
     v("epipolar_px", epipolar_px, 0.1, 100.0);
+    v("rows_px", rows_px, 0.1, 100.0);
     v("moved_m", moved_m, 1e-4, 1.0);
     v("pictures", pictures, 1, 1000);
     v("settled_pictures", settled_pictures, 1, 60);
@@ -97,6 +99,10 @@ class StereoScene {
   bool settled() const;
   /// Kinds of which both newest pictures show something, but no two regions that are one thing.
   int unmatched() const { return unmatched_; }
+  /// By how many rows the rectified pictures differ in what is one thing, rms over all things and
+  /// mean over their pictures, apart from what its form explains: a calibration of other cameras,
+  /// or of these before they were turned. Nothing with fewer than two things.
+  std::optional<double> rows_off_px() const;
   int version() const { return version_; }  ///< number of changes so far
   /// Sudden changes in the newest pair, one line each: appeared, moved by, gone.
   const std::vector<std::string>& changes() const { return changes_; }
@@ -112,6 +118,7 @@ class StereoScene {
     std::vector<Pair> memory;  ///< the last kMemory in this place
     std::size_t next = 0;
     int count = 0, missing = 0, elsewhere = 0, unlike = 0;
+    std::optional<double> rows_px;  ///< right row less left row, less what the solid explains
     bool known = false, announced = false;
     Eigen::Vector3d last = Eigen::Vector3d::Zero();  ///< newest middle
   };
@@ -125,6 +132,7 @@ class StereoScene {
   bool covered(Kind kind, const Pair& pair) const;
   void restart(Track& track, const Pair& pair);
   void measure(Track& track);
+  double rows_px(const Solid& solid, const std::array<Outline, 2>& seen) const;
   Eigen::Matrix3d rig_covariance(const Eigen::Vector3d& center) const;
   Eigen::Vector3d usual_place(const Track& track) const;
   std::array<double, 2> usual_areas(const Track& track) const;

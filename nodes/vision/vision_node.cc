@@ -410,16 +410,26 @@ bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera
   return !fault;
 }
 
-/// Cameras that were swapped or moved, or a calibration of others, leave things without partners.
+/// Cameras that were swapped or moved, or a calibration of others, leave things without partners;
+/// if they were turned a little, or the others are nearly equal, their partners are in other rows.
 bool VisionNode::rig_fits() {
   constexpr int kMany = 2, kLong = 30;  // classes, pictures
   const StereoScene* stereo = watcher_->stereo();
-  unmatched_ = stereo->unmatched() >= kMany ? unmatched_ + 1 : 0;
-  if (unmatched_ < kLong) return true;
+  const bool unmatched = stereo->unmatched() >= kMany;
+  const std::optional<double> rows = stereo->rows_off_px();
+  const double most = setup_.stereo.rows_px;
+  unfit_ = unmatched || (rows && *rows > most) ? unfit_ + 1 : 0;
+  if (unfit_ < kLong) return true;
+  const std::string what =
+      unmatched ? fmt::format("{} classes of things are in both pictures, but not in one place",
+                              stereo->unmatched())
+                : fmt::format(
+                      "rows of the same things differ by {:.1f} px, expected at most "
+                      "{:.1f} (stereo.rows_px),",
+                      *rows, most);
   refuse(
-      fmt::format("{} classes of things are in both pictures, but not in one place by {}: are the "
-                  "cameras swapped or moved, or the calibration that of others?",
-                  stereo->unmatched(), calibrated_by_));
+      fmt::format("{} by {}: are the cameras swapped or moved, or the calibration that of others?",
+                  what, calibrated_by_));
   return false;
 }
 
@@ -482,6 +492,7 @@ void VisionNode::publish(runtime::Time stamp, bool fits) {
     seen_.send(seen, stamp);
   }
   for (const std::string& change : stereo->changes()) runtime::info("{}", change);
+  if (!fits) return table_.reset();  // nobody shall move by it
   if (stereo->goals().size() != 1) alone_since_ = stamp;
   // The same table as long as nothing changes: whoever plans by it would plan anew.
   if (!stereo->settled() || (table_ && stereo->version() == table_version_)) return;

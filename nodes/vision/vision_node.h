@@ -79,7 +79,7 @@ class VisionNode {
   FrameCheck left_check_, right_check_;
   std::optional<runtime::Time> handless_since_;  ///< since then no hand is seen
   bool handless_told_ = false;
-  int unmatched_ = 0;                  ///< pairs in a row in which things do not match
+  int unfit_ = 0;                      ///< pairs in a row that the calibration does not fit
   std::string calibrated_by_;          ///< what gave the camera, for messages
   std::optional<int> calibrated_day_;  ///< since 1970; nothing if any age will do
   int rig_days_;

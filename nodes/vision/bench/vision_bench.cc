@@ -59,11 +59,10 @@ YuyvImage yuyv_of(const image::Image& image) {
 struct Segmenter {
   ColorTable table{ColorBoxes{}};
   RegionFinder finder;
-  std::vector<std::uint8_t> labels, uniform = std::vector<std::uint8_t>(640 * 480),
-                                    opened = std::vector<std::uint8_t>(640 * 480);
+  std::vector<std::uint8_t> labels, rows, opened = std::vector<std::uint8_t>(640 * 480);
 
   void finish() {
-    open_labels(labels.data(), 640, 480, uniform.data(), opened.data());
+    open_labels(labels.data(), 640, 480, rows, opened.data());
     finder.find(opened, 640, 480);
     benchmark::DoNotOptimize(finder.regions().data());
   }

@@ -89,7 +89,7 @@ struct Buffers {
 using Lanes = float __attribute__((vector_size(4 * kLane), aligned(4)));
 using Bits = std::int32_t __attribute__((vector_size(4 * kLane), aligned(4)));
 
-constexpr Lanes kCount{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+constexpr Lanes kCount{0, 1, 2, 3, 4, 5, 6, 7};
 
 inline void load(Lanes& to, const float* from) { std::memcpy(&to, from, sizeof to); }
 inline void store(float* to, const Lanes& from) { std::memcpy(to, &from, sizeof from); }

@@ -71,7 +71,8 @@ class HandRaster {
   };
   const Window& window() const { return window_; }  ///< cells touched by the last match
 
-  static constexpr int kBlock = 16;  ///< cells computed at a time
+  static constexpr int kBlock =
+      8;  ///< cells computed at a time: wider ones are taken apart where vectors are shorter
   /// Length of a row in memory: a block may begin at its last cell.
   static constexpr int stride(int width) { return (width / kBlock + 2) * kBlock; }
 

@@ -70,9 +70,15 @@ TEST(ColorTable, GivesEveryPixelTheClassOfTheScalarReference) {
 
 TEST(LookUp, IsTheScalarReferenceForEveryLengthAndReadsNothingBeyond) {
   std::mt19937 random(12);
-  std::vector<std::uint8_t> cells(65536);
+  std::vector<std::uint8_t> cells(65536), few(65536);
   for (auto& c : cells) c = static_cast<std::uint8_t>(random());
-  for (const std::size_t pixels : {0, 2, 6, 8, 10, 12, 16, 18, 100, 642, 4098}) {
+  for (std::size_t i = 0; i < few.size(); ++i) {  // most of the colours are of no class
+    const std::size_t u = i & 63, v = i >> 6 & 63, y = i >> 12;
+    if (u / 10 == 1 && v / 10 == 4) few[i] = 1;
+    if (u / 4 == 7 && v > 5 && y > 3) few[i] = 2;
+    if (u == 63 && v == 0) few[i] = 5;
+  }
+  for (const std::size_t pixels : {0, 2, 6, 8, 10, 12, 16, 18, 62, 64, 66, 100, 128, 642, 4098}) {
     // On the heap to the byte: the address sanitizer sees a read beyond.
     std::vector<std::uint8_t> bytes(3 * pixels), expected(pixels), labels(pixels, 0xee);
     for (auto& b : bytes) b = static_cast<std::uint8_t>(random());
@@ -81,9 +87,21 @@ TEST(LookUp, IsTheScalarReferenceForEveryLengthAndReadsNothingBeyond) {
     EXPECT_EQ(labels, expected) << pixels;
     bytes.resize(2 * pixels);
     bytes.shrink_to_fit();
-    look_up_yuyv_scalar(bytes.data(), pixels, cells.data(), expected.data());
-    look_up_yuyv(bytes.data(), pixels, cells.data(), labels.data());
-    EXPECT_EQ(labels, expected) << pixels;
+    for (const auto& table : {cells, few}) {
+      look_up_yuyv_scalar(bytes.data(), pixels, table.data(), expected.data());
+      look_up_yuyv(bytes.data(), pixels, YuyvCells(table), labels.data());
+      EXPECT_EQ(labels, expected) << pixels;
+    }
+    for (const int k : {0, 30, 63}) {  // one pair of a class among others of none
+      if (pixels < 66) continue;
+      std::fill(bytes.begin(), bytes.end(), std::uint8_t{128});
+      bytes[static_cast<std::size_t>(2 * k) / 4 * 4 + 1] = 255;
+      bytes[static_cast<std::size_t>(2 * k) / 4 * 4 + 3] = 0;
+      look_up_yuyv_scalar(bytes.data(), pixels, few.data(), expected.data());
+      look_up_yuyv(bytes.data(), pixels, YuyvCells(few), labels.data());
+      EXPECT_EQ(labels, expected) << pixels;
+      EXPECT_EQ(std::ranges::count(labels, 5), 2) << k;
+    }
   }
 }
 
@@ -141,8 +159,8 @@ TEST(OpenLabels, LeavesWhatAnOpeningOfEachClassLeaves) {
   for (const auto& [width, height] :
        {std::pair{64, 48}, {3, 3}, {2, 9}, {9, 1}, {1, 1}, {37, 5}, {131, 40}}) {
     const auto labels = random_labels(width, height, static_cast<unsigned>(width), 6);
-    std::vector<std::uint8_t> uniform(labels.size()), opened(labels.size(), 0xee);
-    open_labels(labels.data(), width, height, uniform.data(), opened.data());
+    std::vector<std::uint8_t> rows, opened(labels.size(), 0xee);
+    open_labels(labels.data(), width, height, rows, opened.data());
     std::vector<std::uint8_t> expected(labels.size());
     for (std::size_t k = 1; k < kKinds; ++k) {
       cv::Mat mask(height, width, CV_8U), open;

@@ -197,6 +197,59 @@ TEST(StereoScene, CountsThingsThatDoNotMatchWhereCamerasAreSwapped) {
   }
 }
 
+/// Things of every form about the table as the right camera sees them that was turned by an angle
+/// about one of its axes (x: right, y: down, z: forward) after its calibration.
+std::optional<double> rows_off(int axis, double angle_rad, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto between = [&random](double lo, double hi) {
+    return std::uniform_real_distribution<double>(lo, hi)(random);
+  };
+  const auto known = pair();
+  auto turned = known;
+  turned[1] = image::Camera(
+      known[1].lens(),
+      Eigen::AngleAxisd(angle_rad, Vector3d::Unit(axis)).toRotationMatrix() * known[1].R_CT(),
+      known[1].eye());
+  std::vector<std::pair<Kind, Solid>> things{
+      {Kind::object, {Form::cylinder, {between(-0.3, -0.1), 0.05, 0.0}, 0.025, 0.1}},
+      {Kind::bridge, {Form::bar, {0.0, between(0.18, 0.25), 0.0}, 0.015, 0.5, between(0.5, 1.6)}},
+      {Kind::goal_high, {Form::cylinder, {between(0.15, 0.35), 0.17, 0.02}, 0.045, 0.02}},
+      {Kind::goal_low, {Form::cylinder, {between(0.1, 0.3), 0.06, 0.12}, 0.045, 0.02}}};
+  StereoScene scene(known[0], known[1], SceneLimits{});
+  std::normal_distribution<double> noise(0.0, 0.25);
+  for (int i = 0; i < 40; ++i) {
+    std::array<std::vector<Region>, 2> regions;
+    for (const auto& [kind, solid] : things) {
+      auto now = seen(solid, turned);
+      for (std::size_t side = 0; side < 2; ++side) {
+        now[side].mean += Eigen::Vector2d(noise(random), noise(random));
+        regions[side].push_back(region(kind, now[side]));
+      }
+    }
+    scene.update(regions[0], regions[1]);
+  }
+  // What is far off has no partner at all.
+  return scene.unmatched() >= 2 ? std::optional(1e3) : scene.rows_off_px();
+}
+
+TEST(StereoScene, NoticesACameraTurnedByHalfADegree) {
+  constexpr double kHalf_rad = 0.5 * std::numbers::pi / 180.0;
+  const double most = SceneLimits{}.rows_px;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const auto right = rows_off(0, 0.0, seed);
+    ASSERT_TRUE(right);
+    EXPECT_LT(*right, 0.4 * most) << seed;
+    // The errors that calibrations of real pairs leave.
+    EXPECT_LT(rows_off(0, 7e-5, seed).value_or(1e3), 0.6 * most) << seed;
+    for (const int axis : {0, 2}) {
+      for (const double sign : {-1.0, 1.0}) {
+        EXPECT_GT(rows_off(axis, sign * kHalf_rad, seed).value_or(0.0), most)
+            << "axis " << axis << ", sign " << sign << ", seed " << seed;
+      }
+    }
+  }
+}
+
 TEST(StereoScene, TheRigsErrorsArePartOfTheDoubt) {
   const auto cameras = pair();
   const Solid solid{Form::cylinder, {0.1, 0.05, 0.0}, 0.03, 0.08};
