@@ -377,6 +377,30 @@ TEST(PlanVerb, StoresARoadmapAndUsesItUntilTheArmChanges) {
       << other.errors;
 }
 
+TEST(PlanVerb, ShowsBallsAndTheirOverCoverage) {
+  const Ran given = run({"arm", "lwr4.yaml", "--json"});
+  ASSERT_EQ(given.code, 0) << given.errors;
+  EXPECT_EQ(json::parse(given.output)["balls"], 25);
+  written("rod.urdf",
+          "<robot name='rod'><link name='base'/><link name='rod'><collision><geometry><cylinder "
+          "radius='0.05' length='0.4'/></geometry></collision></link><joint name='turn' "
+          "type='revolute'><parent link='base'/><child link='rod'/><axis xyz='1 0 0'/><limit "
+          "lower='-1' upper='1' velocity='1' effort='1'/></joint></robot>");
+  const std::string chain =
+      "name: rod\nchain: {urdf: rod.urdf, base: base, tip: rod, a_max_rad_s2: [4]}\n";
+  const fs::path rod = written("rod.yaml", chain);
+  const Ran fitted = run({"arm", rod, "--json"});
+  ASSERT_EQ(fitted.code, 0) << fitted.errors;
+  const json link = json::parse(fitted.output)["links"][0];
+  EXPECT_NEAR(link["solid_m3"].get<double>(), 0.4 * M_PI * 0.05 * 0.05, 5e-5);
+  EXPECT_EQ(link["bare_m3"], 0.0);
+  const Ran yaml = run({"arm", rod, "--yaml"});
+  const kin::ArmModel by_hand =
+      model::load_arm(written("by_hand.yaml", chain + "groups: [rod]\n" + yaml.output));
+  EXPECT_EQ(by_hand.balls.size(), link["balls"]);
+  EXPECT_EQ(run({"arm", written("none.yaml", "name: none\n")}).code, 2);
+}
+
 TEST(PlanVerb, GivesReasonsInOneLine) {
   const auto says = [](std::vector<std::string> words, int code, const std::string& what) {
     const Ran r = run(std::move(words));
