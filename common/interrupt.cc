@@ -1,6 +1,7 @@
 #include "common/interrupt.h"
 
 #include <utility>
+#include <vector>
 
 namespace mimesis {
 
@@ -10,6 +11,7 @@ struct Interrupt::State {
   std::uint64_t every;
   std::uint64_t asked = 0, told_at = kNever;
   std::string part{};  // at work, until the first yes
+  std::vector<std::shared_ptr<void>> kept{};
 };
 
 Interrupt::Interrupt(std::string why, std::function<bool()> yes, std::uint64_t every)
@@ -28,6 +30,10 @@ std::uint64_t Interrupt::asked() const { return state_ ? state_->asked : 0; }
 
 void Interrupt::enter(std::string_view part) const {
   if (state_ && !told()) state_->part = part;
+}
+
+void Interrupt::keep_pointer(std::shared_ptr<void> garbage) const {
+  state_->kept.push_back(std::move(garbage));
 }
 
 Status Interrupt::reason() const {

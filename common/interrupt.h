@@ -5,6 +5,8 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 
 #include "common/error.h"
 
@@ -35,12 +37,18 @@ class Interrupt {
   std::uint64_t asked() const;  ///< questions so far
   /// The work that begins, as in "while `part`".
   void enter(std::string_view part) const;
+  /// Once told, what is thrown away may be kept as long as any copy lives: freeing much takes time.
+  template <class T>
+  void keep(T&& garbage) const {
+    if (told()) keep_pointer(std::make_shared<std::decay_t<T>>(std::forward<T>(garbage)));
+  }
   /// "the deadline of 0.5 s passed while links were certified".
   Status reason() const;
 
  private:
   struct State;
   bool ask() const;
+  void keep_pointer(std::shared_ptr<void> garbage) const;
 
   std::shared_ptr<State> state_;
 };

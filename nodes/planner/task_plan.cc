@@ -243,8 +243,8 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
   const auto& known = task_.preselected;
   auto grasps = holds_at(table_.object, "the object", known.empty() ? nullptr : &known.front());
   if (!grasps) return tl::unexpected(grasps.error());
-  const auto places = holds_at(goal->position, "the " + task_.goal + " goal",
-                               known.empty() ? nullptr : &known.back());
+  auto places = holds_at(goal->position, "the " + task_.goal + " goal",
+                         known.empty() ? nullptr : &known.back());
   if (!places) return tl::unexpected(places.error());
   std::stable_sort(grasps->begin(), grasps->end(), [&](const Hold& a, const Hold& b) {
     return a.margin_m != b.margin_m
@@ -262,6 +262,8 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
     }
     if (margin_m == settings_.margin_m) break;
   }
+  settings_.interrupt.keep(std::move(*grasps));
+  settings_.interrupt.keep(std::move(*places));
   return tl::unexpected(failure);
 }
 

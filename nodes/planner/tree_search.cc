@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -14,6 +15,10 @@ namespace {
 constexpr double kDomain = 4.0, kLeastDomain = 1.0, kShrink = 1e-4;  // [steps], [steps], [1]
 constexpr double kNearShare = 0.5, kNear = 2.0;  // of the samples are near a node, within [rad]
 constexpr int kDetours = 16;                     // postures tried before trees grow
+// Trees of few joints soon fill their space: the least postures judged, over 40 seeds.
+constexpr Eigen::Index kFewJoints = 3;
+constexpr double kNearOfFew = 3.0;
+constexpr int kDetoursOfFew = 4;
 
 using Ints = std::int32_t __attribute__((vector_size(4 * kLanes), aligned(4 * kLanes)));
 /// On the stack, unlike VectorXd.
@@ -127,6 +132,8 @@ class Trees {
       : checker_(checker),
         arm_(checker.arm()),
         step_(settings.step_rad),
+        near_(arm_.dof() <= kFewJoints ? kNearOfFew : kNear),
+        detours_(arm_.dof() <= kFewJoints ? kDetoursOfFew : kDetours),
         most_(settings.max_branches),
         unit_(settings.seed),
         start_(start),
@@ -138,7 +145,7 @@ class Trees {
   /// A way by one posture only. Some of those that are tried are near the middle, some have each
   /// joint near where it starts or ends, some are anywhere.
   std::optional<Way> detour() {
-    for (; tried_ < std::min(kDetours, most_) && !stopped(); ++tried_) {
+    for (; tried_ < std::min(detours_, most_) && !stopped(); ++tried_) {
       const Eigen::VectorXd& goal = goals_[static_cast<std::size_t>(tried_) % goals_.size()];
       for (Eigen::Index j = 0; j < sample_.size(); ++j) {
         const double middle = 0.5 * (start_[j] + goal[j]), u = unit_();
@@ -181,9 +188,9 @@ class Trees {
       if (!certify_branch(tree, tip) || !certify_branch(other, there)) continue;
       Way path = from_start_.branch(at_goals ? there : tip);
       std::reverse(path.begin(), path.end());
-      const Way rest = from_goals_.branch(at_goals ? tip : there);
+      Way rest = from_goals_.branch(at_goals ? tip : there);
       // Where they meet both have the node.
-      path.insert(path.end(), rest.begin() + 1, rest.end());
+      std::move(rest.begin() + 1, rest.end(), std::back_inserter(path));
       return path;
     }
     return std::nullopt;
@@ -204,7 +211,7 @@ class Trees {
     const bool near_a_node = unit_() < kNearShare;
     if (near_a_node) sample_ = tree.node(static_cast<int>(unit_() * tree.size()));
     for (Eigen::Index j = 0; j < sample_.size(); ++j) {
-      sample_[j] = near_a_node ? std::clamp(sample_[j] + kNear * (2.0 * unit_() - 1.0),
+      sample_[j] = near_a_node ? std::clamp(sample_[j] + near_ * (2.0 * unit_() - 1.0),
                                             arm_.q_min[j], arm_.q_max[j])
                                : arm_.q_min[j] + unit_() * (arm_.q_max[j] - arm_.q_min[j]);
     }
@@ -237,7 +244,8 @@ class Trees {
 
   CollisionChecker& checker_;
   const kin::ArmModel& arm_;
-  double step_;
+  double step_, near_;
+  int detours_;
   int most_;
   Random unit_;
   const Eigen::VectorXd& start_;

@@ -12,7 +12,7 @@ namespace {
 
 using runtime::ParamVisitor;
 
-constexpr const char* kPlanFormat = "mimesis.plan 1";
+constexpr const char* kPlanFormat = "mimesis.plan 2";
 constexpr double kMost_m = 100.0, kMost_rad = 1000.0, kMost_s = 3600.0;
 
 void check_size(const std::string& key, std::size_t size, std::size_t unit, bool exactly,
@@ -46,6 +46,7 @@ void PlanFile::visit(ParamVisitor& v) {
   v("margin_m", margin_m, 0.0, 1.0);
   v("stop_margin_m", stop_margin_m, 0.0, 1.0);
   v("stop_delay_s", stop_delay_s, 0.0, 1.0);
+  v("stop_alone_s", stop_alone_s, 0.0, 0.1);
   list(v, "motions", motions);
 }
 

@@ -30,18 +30,20 @@ struct PlanMotion {
   void visit(runtime::ParamVisitor& v);
 };
 
-/// A plan for an arm: every instant with its two stops. The second one follows from the file: for
-/// up to `stop_delay_s` the joints go on at their speeds, then each is slowed down by its drive,
-/// with the `a_max_rad_s2` of the arm's file or harder.
+/// A plan for an arm: every instant with its stops. Those that leave the path follow from the file:
+/// for up to `stop_delay_s` the joints go on at their speeds, then each is slowed down by its
+/// drive, with the `a_max_rad_s2` of the arm's file or harder. One drive may fail alone: it stands
+/// or slows down up to `stop_alone_s` before the others, or hears of it so much later.
 struct PlanFile {
   static constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-  std::string format;  ///< "mimesis.plan 1"
+  std::string format;  ///< "mimesis.plan 2"
   std::string robot;   ///< file of the arm
   double period_s = kMissing;
   double margin_m = kMissing;       ///< least distance along the motions
   double stop_margin_m = kMissing;  ///< least distance of stops that leave the path
   double stop_delay_s = kMissing;
+  double stop_alone_s = kMissing;
   std::vector<PlanMotion> motions;
 
   void visit(runtime::ParamVisitor& v);

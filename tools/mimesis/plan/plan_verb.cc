@@ -207,6 +207,7 @@ void save(const PlanOptions& o, const kin::ArmModel& arm, const planner::TaskSet
   file.margin_m = settings.margin_m;
   file.stop_margin_m = planner::kStopMargin * settings.margin_m;
   file.stop_delay_s = planner::stop_delay_s(arm, settings.period_s);
+  file.stop_alone_s = planner::stop_alone_s(settings.period_s);
   for (const PlannedMotion& motion : plan.motions) file.motions.push_back(exported(motion, arm));
   save_plan(file, o.out);
 }

@@ -20,6 +20,7 @@ constexpr std::size_t kMostFindings = 20;
 constexpr double kSampling_m = 2e-5;
 constexpr double kUndecided_rad = 1e-7;
 constexpr std::size_t kMostPostures = 200'000;  // to prove one part
+constexpr std::size_t kFewPostures = 64;        // to prove more than is asked
 /// Of the arm's accelerations; at low speeds braking lasts few periods [1].
 constexpr double kOfPeriods = 1.25;
 constexpr double kRounding = 1e-9;
@@ -86,6 +87,45 @@ struct Ramps {
   }
 };
 
+/// Stops in which the drive of one joint fails alone; ranges: time u, share s, and where that joint
+/// is between the ends of what it may reach.
+struct Alone {
+  Ramps ramps;
+  VectorXd lo, hi;  // places of the last alone_s
+  double alone_s;
+  Index joint;  // kAll: each is somewhere there
+  static constexpr Index kAll = -1;
+
+  Region whole() const { return {ramps.whole()[1], ramps.whole()[2], Range{0.0, 1.0}}; }
+  bool alone(Index j) const { return joint == kAll || j == joint; }
+  double late(Index j, double u, double s) const {
+    return ramps.q[j] + alone_s * ramps.v[j] + s * ramps.ramp(j, u);
+  }
+  VectorXd at(const Region& r) const {
+    const double u = r[0].middle(), s = r[1].middle();
+    VectorXd out = ramps.q;
+    for (Index j = 0; j < out.size(); ++j) {
+      out[j] += s * ramps.ramp(j, u);
+      if (!alone(j)) continue;
+      const double end = late(j, u, s), least = std::min(lo[j], end), most = std::max(hi[j], end);
+      out[j] = least + r[2].middle() * (most - least);
+    }
+    return out;
+  }
+  Moves moves(const Region& r) const {
+    Moves m = ramps.moves({Range{}, r[0], r[1]});
+    m.col(0) = m.col(1);
+    m.col(1) = m.col(2);
+    m.col(2).setZero();
+    for (Index j = 0; j < m.rows(); ++j) {
+      if (!alone(j)) continue;
+      const double one = late(j, r[0].lo, r[1].lo), other = late(j, r[0].hi, r[1].hi);
+      m(j, 2) = r[2].half() * (std::max({hi[j], one, other}) - std::min({lo[j], one, other}));
+    }
+    return m;
+  }
+};
+
 struct Sphere {
   Vector3d center;
   double radius = 0.0;
@@ -138,7 +178,7 @@ class Scene {
   /// All postures of the family are proven `least` metres apart from everything. If not, `why`.
   template <class Family>
   bool proves(const Family& family, double least, PlanVerdict& verdict, double& nearest,
-              std::string& why) {
+              std::string& why, std::size_t most = kMostPostures) {
     std::vector<Region> open{family.whole()};
     for (std::size_t next = 0; next < open.size(); ++next) {  // the coarse ones first
       Region region = open[next];
@@ -150,7 +190,7 @@ class Scene {
       Index range = 0;
       const double widest = moves.colwise().maxCoeff().maxCoeff(&range);
       // At the limit itself a part stays undecided.
-      if (seen.gap < least || next > kMostPostures || widest < kUndecided_rad) {
+      if (seen.gap < least || next > most || widest < kUndecided_rad) {
         why = fmt::format("{} and {}: {:.3f} mm apart, expected {:.3f}", name(seen.ball),
                           seen.other, 1e3 * seen.gap, 1e3 * least);
         return false;
@@ -334,7 +374,28 @@ class Verifier {
       if (!scene.proves(ramps, plan_.stop_margin_m - kSampling_m, verdict_, verdict_.nearest_stop_m,
                         why))
         find(k, "the stop by the drives: " + why);
+      if (plan_.stop_alone_s > 0.0) check_alone(scene, motion, k, ramps);
       check_stop(k, v, instants[k].stop_s);
+    }
+  }
+
+  /// Of each joint; first of all at once, which proves most instants.
+  void check_alone(Scene& scene, const PlanMotion& motion, std::size_t k, const Ramps& ramps) {
+    const double least = plan_.stop_margin_m - kSampling_m;
+    const auto periods = static_cast<std::size_t>(std::ceil(plan_.stop_alone_s / plan_.period_s));
+    Alone family{ramps, ramps.q, ramps.q, plan_.stop_alone_s, Alone::kAll};
+    for (std::size_t i = k - std::min(k, periods); i < k; ++i) {
+      const VectorXd q = vector(motion.instants[i].position_rad);
+      family.lo = family.lo.cwiseMin(q);
+      family.hi = family.hi.cwiseMax(q);
+    }
+    double nearest = 0.0;
+    std::string why;
+    if (scene.proves(family, least, verdict_, nearest, why, kFewPostures)) return;
+    for (family.joint = 0; family.joint < ramps.q.size(); ++family.joint) {
+      if (!scene.proves(family, least, verdict_, verdict_.nearest_stop_m, why))
+        find(k, fmt::format("the stop by the drives, that of joint {} failing alone: {}",
+                            family.joint, why));
     }
   }
 

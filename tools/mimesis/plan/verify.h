@@ -24,6 +24,8 @@ struct PlanVerdict {
 ///  - the streamed motion between all instants (cubic Hermite), `margin_m` apart from everything;
 ///  - the stop of each instant that leaves the path, `stop_margin_m` apart: all q + q̇ τ + s ρ(u), ρ
 ///    the ramp from q̇ with the arm's accelerations, 0 ≤ τ ≤ `stop_delay_s`, 0 ≤ s ≤ 1;
+///  - the same with τ = 0 and one joint elsewhere, whose drive fails alone, for each joint: between
+///    where it was in the last `stop_alone_s` and q + q̇ `stop_alone_s` + s ρ(u);
 /// and checked are limits of joints, speeds and accelerations, rest at both ends, that velocities
 /// are those of the positions, that motions join, and that each stop along the path is one: it
 /// begins where the arm is, goes forward, ends at rest within the motion, and no harder than the
