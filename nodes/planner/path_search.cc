@@ -293,7 +293,7 @@ void Network::judge_all() {
 /// The m nearest nodes that are not known to be inhibited, nearest first.
 std::vector<Link> Network::nearest(const Eigen::VectorXd& q, int m) const {
   Eigen::VectorXd squared(size());
-  for (int i = 0; i < taken_; ++i) {  // colwise().squaredNorm() takes three times as long
+  for (int i = 0; i < taken_; ++i) {
     double sum = 0.0;
     for (Eigen::Index j = 0; j < q.size(); ++j) {
       const double d = roadmap_->nodes(j, i) - q[j];

@@ -53,10 +53,10 @@ double reading_us() {
   return least;
 }
 
-/// Calls visit(arm, scene, judge, query) for all queries of an arm whose straight line is blocked.
-/// Labels the state with the arm; without the problem set it is skipped.
-template <class Visit>
-void visit_blocked(benchmark::State& state, const Visit& visit) {
+/// Calls visit(arm, scene, judge, query) for all queries of an arm whose straight line is blocked,
+/// then done(arm). Labels the state with the arm; without the problem set it is skipped.
+template <class Visit, class Done>
+void visit_blocked(benchmark::State& state, const Visit& visit, const Done& done) {
   const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
   state.SetLabel(robot);
   const auto set = load_problem_set(robot);
@@ -69,6 +69,7 @@ void visit_blocked(benchmark::State& state, const Visit& visit) {
         if (std::ranges::none_of(query.goals, straight)) visit(set->arm, scene, judge, query);
       }
     }
+    done(set->arm);
   }
 }
 
@@ -97,22 +98,25 @@ void lengths(benchmark::State& state) {
   const double effort_us = 1e3 * (file != nullptr && ms != nullptr ? std::atof(ms) : 50.0);
   Lengths known = known_lengths(file != nullptr ? file : MIMESIS_BEST_LENGTHS);
   std::vector<double> ratios;
-  visit_blocked(state, [&](const kin::ArmModel& arm, const ProblemScene& scene, CollisionChecker&,
-                           const Query& query) {
-    const double end_us = processor_us() + effort_us;
-    CollisionChecker checker(arm, scene.obstacles, kQueryMargin,
-                             {"time is up", [=] { return processor_us() > end_us; }, 16});
-    const auto found =
-        find_path({}, checker, query.start, query.goals, {},
-                  {.shortcuts = 400, .repeats = 1'000'000, .seed = file != nullptr ? 1001u : 1u});
-    if (!found) return;
-    const double length = path_length(found->waypoints);
-    const auto number = &query - scene.queries.data();
-    double& best =
-        known.try_emplace(fmt::format("{} {} {}", robot, scene.name, number), length).first->second;
-    ratios.push_back(length / best);
-    best = std::min(best, length);
-  });
+  visit_blocked(
+      state,
+      [&](const kin::ArmModel& arm, const ProblemScene& scene, CollisionChecker&,
+          const Query& query) {
+        const double end_us = processor_us() + effort_us;
+        CollisionChecker checker(arm, scene.obstacles, kQueryMargin,
+                                 {"time is up", [=] { return processor_us() > end_us; }, 16});
+        const auto found = find_path(
+            {}, checker, query.start, query.goals, {},
+            {.shortcuts = 400, .repeats = 1'000'000, .seed = file != nullptr ? 1001u : 1u});
+        if (!found) return;
+        const double length = path_length(found->waypoints);
+        const auto number = &query - scene.queries.data();
+        double& best = known.try_emplace(fmt::format("{} {} {}", robot, scene.name, number), length)
+                           .first->second;
+        ratios.push_back(length / best);
+        best = std::min(best, length);
+      },
+      [](const kin::ArmModel&) {});
   if (ratios.empty()) return;
   if (file != nullptr) {
     std::ofstream out(file);
@@ -142,27 +146,44 @@ Path plan_first_path(const kin::ArmModel& arm, const Obstacles& obstacles, doubl
 }
 
 void plan_blocked_queries(benchmark::State& state, const PlanQuery& plan, const PlanQuery& peer) {
+  constexpr int kRuns = 5;
   reading_us();  // before the first plan is timed
+  struct Asked {
+    const ProblemScene* scene;
+    const Query* query;
+    double our_us = 1e18, their_us = 1e18;
+    Path our_path{}, their_path{};
+  };
+  std::vector<Asked> asked;
   Times ours, theirs;
   std::vector<double> ratios;
-  visit_blocked(state, [&](const kin::ArmModel& arm, const ProblemScene& scene,
-                           CollisionChecker& judge, const Query& query) {
-    const auto timed = [&](const PlanQuery& planner, Path& path) {
-      const double begin_us = processor_us();
-      path = planner(arm, scene.obstacles, kQueryMargin, query);
-      return processor_us() - begin_us - reading_us();
-    };
-    double our_us = 1e18, their_us = 1e18;
-    Path our_path, their_path;
-    for (int turn = 0; turn < 3; ++turn) {
-      our_us = std::min(our_us, timed(plan, our_path));
-      if (peer) their_us = std::min(their_us, timed(peer, their_path));
-    }
-    ours.add(our_us, our_path, judge);
-    if (!peer) return;
-    theirs.add(their_us, their_path, judge);
-    ratios.push_back(their_us / our_us);
-  });
+  const auto timed = [](const PlanQuery& planner, const kin::ArmModel& arm, const Asked& one,
+                        Path& path) {
+    const double begin_us = processor_us();
+    path = planner(arm, one.scene->obstacles, kQueryMargin, *one.query);
+    return processor_us() - begin_us - reading_us();
+  };
+  visit_blocked(
+      state,
+      [&](const kin::ArmModel&, const ProblemScene& scene, CollisionChecker&, const Query& query) {
+        asked.push_back({&scene, &query});
+      },
+      [&](const kin::ArmModel& arm) {
+        for (int run = 0; run < kRuns; ++run) {
+          for (Asked& one : asked)
+            one.our_us = std::min(one.our_us, timed(plan, arm, one, one.our_path));
+          for (Asked& one : asked) {
+            if (peer) one.their_us = std::min(one.their_us, timed(peer, arm, one, one.their_path));
+          }
+        }
+        for (const Asked& one : asked) {
+          CollisionChecker judge(arm, one.scene->obstacles, 0.0);
+          ours.add(one.our_us, one.our_path, judge);
+          if (!peer) continue;
+          theirs.add(one.their_us, one.their_path, judge);
+          ratios.push_back(one.their_us / one.our_us);
+        }
+      });
   state.counters["asked"] = static_cast<double>(ours.us.size());
   ours.report(state, "");
   if (ratios.empty()) return;

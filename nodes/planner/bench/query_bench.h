@@ -21,7 +21,7 @@ Path plan_first_path(const kin::ArmModel& arm, const Obstacles& obstacles, doubl
                      const Query& query);
 
 /// Plans every query of an arm (0: lwr4p, 1: rx90, 2: planar2, `state.range(0)`) whose straight
-/// line is blocked, three times with each planner in turns; the least processor time of each
+/// line is blocked, in five runs of each planner in turns; the least processor time of a query
 /// counts.
 /// Counters: asked; and for `plan`, `peer`: solved, certified (no part touches anything, proven),
 /// median_us, p95_us, worst_us; ratio: median of the peer's time through the plan's.
