@@ -48,7 +48,7 @@ constexpr double kForget = 0.05;  // share of the covariance that is forgotten b
 constexpr double kGuess_m = 0.03, kGuess_rad = 0.38;  // standard deviation of a guess
 // Standard deviations of people's shapes about the published one: quotations of the palm differ by
 // a fifth, and lengths are measured with a ruler. One camera is led astray by a palm that is freer.
-constexpr std::array<double, 3> kShapeSdMono{0.10, 0.08, 0.02}, kShapeSdStereo{0.15, 0.08, 0.02};
+constexpr std::array<double, 3> kShapeSdMono{0.06, 0.06, 0.02}, kShapeSdStereo{0.15, 0.08, 0.02};
 // What one picture says of a shape, and what is never believed to be known better: later pictures
 // resemble each other.
 constexpr double kShapeOfPicture = 0.06, kLeastShapeSd = 0.005;
