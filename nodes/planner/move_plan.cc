@@ -103,7 +103,8 @@ class MovePlanner {
     bool found = false;
     settings_.interrupt.enter(fmt::format("a path to {} was sought", places_[index].what));
     while (!open.empty() && legs_++ < kMostLegs) {
-      auto leg = find_path(roadmap_, checker_, from, open, {}, settings_.search);
+      if (legs_ > 1 && free_nodes_.empty()) free_nodes_ = checker_.free_columns(roadmap_.nodes);
+      auto leg = find_path(roadmap_, checker_, from, open, {}, settings_.search, free_nodes_);
       if (!leg) {
         if (!found) failure = {"to " + places_[index].what + ": " + leg.error().reason};
         break;
@@ -139,7 +140,8 @@ class MovePlanner {
   CollisionChecker checker_;
   std::vector<Candidates> places_;
   int legs_ = 0;
-  std::size_t passed_ = 0;  // places
+  std::vector<char> free_nodes_;  // of the roadmap, from the second leg on
+  std::size_t passed_ = 0;        // places
 };
 
 }  // namespace

@@ -161,7 +161,8 @@ namespace {
 tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecker& checker,
                                          const Eigen::VectorXd& start,
                                          std::span<const Eigen::VectorXd> goals,
-                                         const PostureCost& cost, const SearchSettings& settings) {
+                                         const PostureCost& cost, const SearchSettings& settings,
+                                         std::span<const char> free_nodes) {
   Eigen::MatrixXd asked(start.size(), 1 + std::ssize(goals));  // judged at once
   asked.col(0) = start;
   for (std::size_t i = 0; i < goals.size(); ++i)
@@ -196,7 +197,7 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
 
   if (roadmap.nodes.cols() > 0) {
     Network network(checker, cost);
-    network.take(roadmap);
+    network.take(roadmap, free_nodes);
     const int begin = network.add(start, 2 * settings.neighbours);
     std::vector<int> ends;
     for (const std::size_t i : open) {
@@ -235,13 +236,14 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
 tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionChecker& checker,
                                           const Eigen::VectorXd& start,
                                           std::span<const Eigen::VectorXd> goals,
-                                          const PostureCost& cost, const SearchSettings& settings) {
-  auto best = find_one(roadmap, checker, start, goals, cost, settings);
+                                          const PostureCost& cost, const SearchSettings& settings,
+                                          std::span<const char> free) {
+  auto best = find_one(roadmap, checker, start, goals, cost, settings, free);
   SearchSettings other = settings;
   for (int i = 0; best && best->waypoints.size() > 2 && i < settings.repeats; ++i) {
     if (checker.interrupt().told()) break;
     ++other.seed;
-    auto found = find_one(roadmap, checker, start, goals, cost, other);
+    auto found = find_one(roadmap, checker, start, goals, cost, other, free);
     if (found && path_length(found->waypoints) < path_length(best->waypoints))
       best = std::move(found);
   }
@@ -271,12 +273,13 @@ std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int
   return best;
 }
 
-void Network::take(const Roadmap& roadmap) {
+void Network::take(const Roadmap& roadmap, std::span<const char> free) {
   MIMESIS_ASSERT(size() == 0);
   roadmap_ = &roadmap;
   taken_ = static_cast<int>(roadmap.nodes.cols());
   own_links_.assign(at(taken_), -1);
   inhibited_.assign(at(taken_), 0);
+  if (!free.empty()) set_judged(free);
   if (!cost_) return;
   node_cost_.assign(at(taken_), 1.0);
   for (int i = 0; i < taken_ && !checker_.interrupt().now(); ++i)
@@ -286,7 +289,12 @@ void Network::take(const Roadmap& roadmap) {
 void Network::judge_all() {
   all_judged_ = true;
   if (taken_ == 0) return;
-  const std::vector<char> free = checker_.free_columns(roadmap_->nodes);
+  set_judged(checker_.free_columns(roadmap_->nodes));
+}
+
+void Network::set_judged(std::span<const char> free) {
+  MIMESIS_ASSERT(free.size() == at(taken_));
+  all_judged_ = true;
   std::ranges::transform(free, inhibited_.begin(), [](char one) { return !one; });
 }
 

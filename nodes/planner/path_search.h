@@ -64,10 +64,13 @@ using PostureCost = std::function<double(const Eigen::VectorXd&)>;
 /// the network is torn or there is none, trees (tree_search.h) search without it. Failure: a reason
 /// in words (start or goals in collision and with what, effort exhausted). When the checker is
 /// interrupted, the search ends with the path that it has, or fails.
+/// @param free  the nodes of the roadmap, as free_columns of the checker judges them; empty: a node
+///   is judged when a path needs it
 tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionChecker& checker,
                                           const Eigen::VectorXd& start,
                                           std::span<const Eigen::VectorXd> goals,
-                                          const PostureCost& cost, const SearchSettings& settings);
+                                          const PostureCost& cost, const SearchSettings& settings,
+                                          std::span<const char> free = {});
 
 /// Why none of these postures is free: "all 8 are inhibited: ball 12 (fore) touches the bridge",
 /// with a count for each obstacle if there are several.
@@ -83,8 +86,9 @@ class Network {
   Network(CollisionChecker& checker, const PostureCost& cost) : checker_(checker), cost_(cost) {}
 
   /// All nodes and links of a roadmap, which must outlive the network; before any node is added.
-  void take(const Roadmap& roadmap);
-  void take(Roadmap&&) = delete;
+  /// @param free  as in find_path
+  void take(const Roadmap& roadmap, std::span<const char> free = {});
+  void take(Roadmap&&, std::span<const char> = {}) = delete;
   /// Adds a node that is free and links it with its `m` nearest active nodes. Returns its index.
   int add(const Eigen::VectorXd& q, int m);
   /// Waves and backward searches until every node and link of the path is proven free; links that
@@ -110,6 +114,7 @@ class Network {
   void cut(int a, int b);
   std::vector<Link>& own_links(int i);
   void judge_all();
+  void set_judged(std::span<const char> free);
   std::vector<Link> nearest(const Eigen::VectorXd& q, int m) const;
   CollisionChecker& checker_;
   const PostureCost& cost_;

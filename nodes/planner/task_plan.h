@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -109,6 +110,11 @@ struct PlannedMotion {
   double length_rad = 0.0;  ///< of the path
   double margin_m = 0.0;    ///< of the certificate of `curves` [m]
 };
+
+/// Who keeps a deadline looks at the clock at each so many questions of an Interrupt [1], and ends
+/// so much earlier, which is what the work between two questions takes, and the return [s].
+inline constexpr std::uint64_t kQuestionsPerLook = 4;
+inline constexpr double kLongestPart_s = 5e-4;
 
 /// Stops that leave the path keep this share of the margin [1].
 inline constexpr double kStopMargin = 0.5;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/model/files.h"
+#include "common/time.h"
 #include "nodes/planner/bench/query_bench.h"
 #include "nodes/planner/path_search.h"
 #include "nodes/planner/roadmap_file.h"
@@ -137,8 +138,12 @@ void moved_links(benchmark::State& state) {  // all of them certified anew
 }
 BENCHMARK(moved_links)->Unit(benchmark::kMillisecond);
 
-void moved_path(benchmark::State& state) {  // between nodes whose straight line is blocked
+/// Between nodes whose straight line is blocked, once the nodes are judged again (moved_nodes).
+void moved_path(benchmark::State& state) {
   Moved moved;
+  std::vector<std::vector<char>> free_nodes;
+  for (CollisionChecker& checker : moved.checkers)
+    free_nodes.push_back(checker.free_columns(moved.d.roadmap.nodes));
   const Eigen::Index n = moved.d.roadmap.nodes.cols();
   Eigen::Index i = 0;
   std::vector<double> us;
@@ -147,13 +152,15 @@ void moved_path(benchmark::State& state) {  // between nodes whose straight line
     CollisionChecker* checker = nullptr;
     Eigen::VectorXd start, goal;
     do {
-      checker = &moved.checkers[static_cast<std::size_t>(++i) % moved.checkers.size()];
+      ++i;
+      checker = &moved.checkers[static_cast<std::size_t>(i) % moved.checkers.size()];
       start = moved.d.roadmap.nodes.col(7 * i % n);
       goal = moved.d.roadmap.nodes.col((13 * i + 5) % n);
     } while (!checker->free(start) || !checker->free(goal) || checker->certify(start, goal));
     const double begin_us = processor_us();
     found += find_path(moved.d.roadmap, *checker, start, std::span(&goal, 1), {},
-                       {.online_refinements = 0, .shortcuts = 0})
+                       {.online_refinements = 0, .shortcuts = 0},
+                       free_nodes[static_cast<std::size_t>(i) % moved.checkers.size()])
                  .has_value();
     us.push_back(processor_us() - begin_us);
   }
@@ -203,7 +210,8 @@ void deadline(benchmark::State& state) {
                                             std::uniform_real_distribution(0.0, whole_us)(random)));
     TaskSettings settings = d.settings;
     settings.interrupt = Interrupt(
-        "", [end] { return Clock::now() >= end; }, 4);
+        "", [end] { return Clock::now() + from_seconds(kLongestPart_s) >= end; },
+        kQuestionsPerLook);
     if (work(settings)) continue;
     late_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - end).count());
     if (late_us.back() == std::ranges::max(late_us)) latest = settings.interrupt.reason().reason;

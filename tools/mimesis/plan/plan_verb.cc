@@ -133,11 +133,11 @@ tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel&
           ? nullptr
           : std::make_shared<const planner::Roadmap>(planner::load_roadmap(o.roadmap, arm));
   if (o.deadline_s > 0.0) {
-    constexpr std::uint64_t kQuestionsPerLook = 4;
-    const auto end = std::chrono::steady_clock::now() + from_seconds(o.deadline_s);
+    const auto end =
+        std::chrono::steady_clock::now() + from_seconds(o.deadline_s - planner::kLongestPart_s);
     settings.interrupt = Interrupt(
         fmt::format("the deadline of {:g} ms passed", 1e3 * o.deadline_s),
-        [end] { return std::chrono::steady_clock::now() >= end; }, kQuestionsPerLook);
+        [end] { return std::chrono::steady_clock::now() >= end; }, planner::kQuestionsPerLook);
   }
   std::shared_ptr<const planner::Roadmap> roadmap;
   if (stored) {
