@@ -343,15 +343,17 @@ double StereoScene::rows_px(const Solid& solid, const std::array<Outline, 2>& se
 }
 
 std::optional<double> StereoScene::rows_off_px() const {
-  double squares = 0.0;
+  double squares = 0.0, worst = 0.0;
   int count = 0;
   for (const Track& t : tracks_) {
     if (!t.rows_px || t.missing > 0) continue;
-    squares += *t.rows_px * *t.rows_px;
+    const double square = *t.rows_px * *t.rows_px;
+    squares += square;
+    worst = std::max(worst, square);
     ++count;
   }
-  if (count < 2) return std::nullopt;
-  return std::sqrt(squares / count);
+  if (count < 3) return std::nullopt;
+  return std::sqrt((squares - worst) / (count - 1));
 }
 
 /// What the errors of the calibration add: each of them alone moves the point in which the rays

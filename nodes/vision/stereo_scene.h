@@ -99,9 +99,10 @@ class StereoScene {
   bool settled() const;
   /// Kinds of which both newest pictures show something, but no two regions that are one thing.
   int unmatched() const { return unmatched_; }
-  /// By how many rows the rectified pictures differ in what is one thing, rms over all things and
-  /// mean over their pictures, apart from what its form explains: a calibration of other cameras,
-  /// or of these before they were turned. Nothing with fewer than two things.
+  /// By how many rows the rectified pictures differ in what is one thing, rms over all things but
+  /// the worst, which may be hidden from one camera, and mean over their pictures, apart from what
+  /// its form explains: a calibration of other cameras, or of these before they were turned. Nothing
+  /// with fewer than three things.
   std::optional<double> rows_off_px() const;
   int version() const { return version_; }  ///< number of changes so far
   /// Sudden changes in the newest pair, one line each: appeared, moved by, gone.

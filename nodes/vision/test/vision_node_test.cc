@@ -237,14 +237,15 @@ void paint_cylinder(const image::Camera& camera, double x, const std::array<int,
   }
 }
 
-/// What each of them sees of a green cylinder, and of a violet one if there is.
+/// What each of them sees of a green cylinder, and of two violet ones if there are.
 foxglove::RawImage picture_of_cylinder(int side, bool violet = false) {
   image::View view;
   view.eye_m[0] += 0.3 * side;
   foxglove::RawImage m = picture("bgr8");
   std::string data(3 * 640 * 480, '\x96');
   paint_cylinder(image::Camera(view), -0.1, {80, 200, 70}, data);
-  if (violet) paint_cylinder(image::Camera(view), 0.15, {196, 62, 158}, data);
+  for (const double x : violet ? std::vector{0.1, 0.25} : std::vector<double>{})
+    paint_cylinder(image::Camera(view), x, {196, 62, 158}, data);
   m.set_data(data);
   return m;
 }
