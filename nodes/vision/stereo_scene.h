@@ -32,8 +32,8 @@ struct RigAccuracy {
 };
 
 struct SceneLimits {
-  int min_area = 30;         ///< smaller regions are noise [pixels]
-  double epipolar_px = 4.0;  ///< regions of one thing are this near to each other's epipolar lines
+  int min_area = 30;          ///< smaller regions are noise [pixels]
+  double epipolar_px = 4.0;   ///< regions of one thing are this near to each other's epipolar lines
   double rows_px = 0.7;       ///< rows of one thing in rectified pictures differ by less, rms
   double moved_m = 0.01;      ///< a thing that is seen this far from its place has moved
   int pictures = 5;           ///< as many are needed for a thing to be known
@@ -101,8 +101,8 @@ class StereoScene {
   int unmatched() const { return unmatched_; }
   /// By how many rows the rectified pictures differ in what is one thing, rms over all things but
   /// the worst, which may be hidden from one camera, and mean over their pictures, apart from what
-  /// its form explains: a calibration of other cameras, or of these before they were turned. Nothing
-  /// with fewer than three things.
+  /// its form explains: a calibration of other cameras, or of these before they were turned.
+  /// Nothing with fewer than three things.
   std::optional<double> rows_off_px() const;
   int version() const { return version_; }  ///< number of changes so far
   /// Sudden changes in the newest pair, one line each: appeared, moved by, gone.
