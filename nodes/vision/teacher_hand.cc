@@ -83,7 +83,7 @@ void TeacherHand::follow(const std::optional<Vector2d>& blob, bool may_begin) {
   if (astray_ >= kAstray) following_ = false;
   if (astray_ > 0) return;
   const Eigen::Matrix3d R = tracker_.R_TH();
-  sight_ = {.wrist = tracker_.wrist_T(),
+  sight_ = {.wrist = palm - kWristBehind * tracker_.estimate().length_m * R.col(0),
             .palm = palm,
             .palm_angle_rad = std::acos(std::clamp(-R(1, 2), -1.0, 1.0))};
 }

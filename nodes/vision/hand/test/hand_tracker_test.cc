@@ -33,12 +33,7 @@ struct Outcome {
   HandEstimate last;
 };
 
-Outcome run(int eyes, std::uint64_t seed, double told_m, int frames, const HandShape& shape = {}) {
-  const auto moving = [&shape](int f) {
-    HandPose pose = vision::moving(f);
-    pose.shape = shape;
-    return pose;
-  };
+Outcome run(int eyes, std::uint64_t seed, double told_m, int frames) {
   DrawnHand first(kFirst), second(kSecond);
   const HandModel model(true, 0.18);
   std::vector<image::Camera> cameras{first.camera};
@@ -59,8 +54,8 @@ Outcome run(int eyes, std::uint64_t seed, double told_m, int frames, const HandS
   const HandEstimate& e = tracker.estimate();
   const Vector3d error = e.pose.p_CH - truth.p_CH;
   return {error.head<2>().norm(), std::abs(error.z()),
-          math::log_so3(Eigen::Matrix3d(truth.R_CH.transpose() * e.pose.R_CH)).norm(),
-          tracker.length_m(), e};
+          math::log_so3(Eigen::Matrix3d(truth.R_CH.transpose() * e.pose.R_CH)).norm(), e.length_m,
+          e};
 }
 
 TEST(HandTracker, FollowsItsOwnModel) {
@@ -78,17 +73,6 @@ TEST(HandTracker, TwoCamerasCorrectTheLength) {
   const Outcome stereo = run(2, 1, 0.18 * 1.08, 30);
   EXPECT_LT(std::abs(stereo.length_m / 0.18 - 1.0), 0.07);
   EXPECT_EQ(run(1, 1, 0.18 * 1.08, 3).length_m, 0.18 * 1.08);  // one cannot
-}
-
-TEST(HandTracker, LearnsAPersonsPalmAndBreadth) {
-  for (const double sign : {-1.0, 1.0}) {
-    const HandShape shape{0.1 * sign, -0.08 * sign, 0.0};
-    const Outcome stereo = run(2, 1, 0.18, 30, shape);
-    EXPECT_NEAR(stereo.last.pose.shape.palm, shape.palm, 0.06);
-    EXPECT_NEAR(stereo.last.pose.shape.breadth, shape.breadth, 0.05);
-    EXPECT_LT(stereo.across_m, 0.004);
-    EXPECT_LT(stereo.along_m, 0.005);
-  }
 }
 
 TEST(HandTracker, SameInputsSameBits) {
