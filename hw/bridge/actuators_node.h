@@ -71,7 +71,7 @@ struct BridgeParams {
     v("boot_timeout_s", boot_timeout_s, 0.1, 60.0);
     v("transition_timeout_s", transition_timeout_s, 0.05, 10.0);
     v("feedback_timeout_s", feedback_timeout_s, 0.0, 1.0);
-    v("missed_syncs", missed_syncs, 1, 100);
+    v("missed_syncs", missed_syncs, 1, 19);
     v("following_window_rad", following_window_rad, 0.0, 3.0);
     v("following_time_s", following_time_s, 0.0, 10.0);
     v("tracking_window_rad", tracking_window_rad, 0.0, 3.0);

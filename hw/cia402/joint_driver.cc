@@ -99,7 +99,6 @@ void JointDriver::receive() {
       if (const char* trouble = can::trouble(frame)) {
         for (AxisMaster& axis : axes_) lose(axis, std::string("the CAN controller is ") + trouble);
         silent_until_ = now_ + kRetry;
-        halted_until_ = {};
       }
       if ((frame.id & can::kErrorFlag) != 0) continue;
       const Identity id = identify(frame);
@@ -141,6 +140,11 @@ void JointDriver::set_up() {
     } else if (!axis.found()) {
       missing += (missing.empty() ? "" : ", ") + axis.name();
     }
+  }
+  if (reading_.phase == Phase::fault && now_ >= retry_at_) {  // a halt may have stopped them
+    retry_at_ = now_ + kRetry;
+    for (const AxisMaster& axis : axes_)
+      if (!axis.found()) outbox_.push_back(nmt(Nmt::pre_operational, axis.axis().node_id));
   }
   if (!missing.empty() && now_ - entered_ > from_seconds(options_.boot_timeout_s)) {
     fault("no answer within " + seconds(options_.boot_timeout_s) + " from " + missing);

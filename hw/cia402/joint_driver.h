@@ -19,7 +19,7 @@ struct JointDriverOptions {
   double boot_timeout_s = 2.0;        ///< until missing drives are reported
   double transition_timeout_s = 0.5;  ///< per change of a drive's state
   double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost, also if all are silent
-  /// that others answered, in a row, or one more among the last 20: the axis is lost
+  /// that others answered, in a row, or one more among the last 20: the axis is lost; below 20
   int missed_syncs = 2;
   double following_window_rad = 0.0;  ///< 6065h of the drives; 0: their own
   double following_time_s = 0.0;      ///< 6066h of the drives; 0: their own

@@ -294,6 +294,29 @@ TEST_F(Bench, ALostDriveHaltsTheOthersByOneFrame) {
   EXPECT_EQ(reading().joints[0].drive, DriveState::switch_on_disabled) << "it is seen again";
 }
 
+/// Drives that were halted are found again, also if they do not hear that the halt is over, or the
+/// controller fails meanwhile.
+TEST_F(Bench, HaltedDrivesComeBackAfterABadWire) {
+  for (const bool bus_off : {false, true}) {
+    rack.reset();
+    enable();
+    rack->drives()[2].inject(sim::Trouble::mute, 30ms);
+    follow(50ms);
+    ASSERT_EQ(reading().phase, Phase::fault);
+    if (bus_off) {
+      tap->send(std::array{can::Frame{.id = can::kErrorFlag | can::kBusOff, .length = 8}});
+      idle(100ms);
+    } else {
+      for (auto& drive : rack->drives()) drive.inject(sim::Trouble::mute, 200ms);
+      idle(200ms);
+    }
+    idle(4s);
+    EXPECT_EQ(reading().phase, Phase::idle) << bus_off << ": " << reading().reason;
+    follow(200ms);
+    EXPECT_EQ(reading().phase, Phase::following) << bus_off << ": " << reading().reason;
+  }
+}
+
 TEST_F(Bench, ALateMachineIsNoLostDrive) {
   enable();
   for (int k = 0; k < 40; ++k) {  // all drives are late by up to 60 ms, now and then
