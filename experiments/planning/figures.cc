@@ -235,7 +235,7 @@ Report fig_2_10(const PlotDir& dir) {
   return report;
 }
 
-std::size_t link_count(const Linkage& links) {
+std::size_t link_count(const NeighbourLists& links) {
   std::size_t sum = 0;
   for (const auto& list : links) sum += list.size();
   return sum / 2;
@@ -246,10 +246,10 @@ int cluster_count(const Linkage& links) {
   return index.empty() ? 0 : *std::ranges::max_element(index) + 1;
 }
 
-double mean_length(const Linkage& links) {
+double mean_length(const NeighbourLists& links) {
   double sum = 0.0;
   for (const auto& list : links)
-    for (const Link& link : list) sum += link.length;
+    for (const Neighbour& link : list) sum += link.length;
   return 0.5 * sum / static_cast<double>(link_count(links));
 }
 
@@ -269,10 +269,10 @@ Adjacency neighbours_by_rank(const MatrixXd& nodes, int k) {
   return out.cwiseMax(out.transpose().eval());
 }
 
-int differing(const Adjacency& expected, const Linkage& links) {
+int differing(const Adjacency& expected, const NeighbourLists& links) {
   Adjacency is = Adjacency::Zero(expected.rows(), expected.cols());
   for (std::size_t i = 0; i < links.size(); ++i)
-    for (const Link& link : links[i]) is(static_cast<Index>(i), link.to) = 1;
+    for (const Neighbour& link : links[i]) is(static_cast<Index>(i), link.to) = 1;
   return static_cast<int>((is.array() != expected.array()).count()) / 2;
 }
 
@@ -283,7 +283,7 @@ Report fig_2_11(const PlotDir& dir) {
   std::vector<int> count;
   int wrong = 0;
   for (const int k : {2, 6, 20}) {
-    const Linkage links = symmetrised(nearest_neighbours(nodes, 2 * k), k);
+    const NeighbourLists links = symmetrised(nearest_neighbours(nodes, 2 * k), k);
     wrong += differing(neighbours_by_rank(nodes, k), links);
     count.push_back(cluster_count(links));
     panels.push_back(
@@ -306,8 +306,8 @@ Report fig_2_11(const PlotDir& dir) {
 Report fig_2_12(const PlotDir& dir) {
   const MatrixXd& nodes = planar().refined;
   Report report;
-  const Linkage whole = symmetrised(nearest_neighbours(nodes, 2 * kNeighbours), kNeighbours);
-  const Linkage kept = pruned(whole);
+  const NeighbourLists whole = symmetrised(nearest_neighbours(nodes, 2 * kNeighbours), kNeighbours);
+  const NeighbourLists kept = pruned(whole);
   Adjacency expected = neighbours_by_rank(nodes, kNeighbours);
   const Adjacency all = expected;
   for (Index i = 0; i < nodes.cols(); ++i) {
@@ -342,9 +342,9 @@ Report fig_2_13(const PlotDir& dir) {
   const MatrixXd& nodes = planar().refined;
   constexpr int kFew = 2;  // neighbours: the figure has many clusters
   Report report;
-  const Linkage extended = nearest_neighbours(nodes, 2 * kFew);
-  const Linkage torn = pruned(symmetrised(extended, kFew));
-  Linkage joined = torn;
+  const NeighbourLists extended = nearest_neighbours(nodes, 2 * kFew);
+  const NeighbourLists torn = pruned(symmetrised(extended, kFew));
+  NeighbourLists joined = torn;
   join_clusters(joined, extended);
   const int before = cluster_count(torn), after = cluster_count(joined);
   report.rows.push_back(near("clusters after they are joined", after,
@@ -353,10 +353,10 @@ Report fig_2_13(const PlotDir& dir) {
                              0.0, "1"));
   report.rows.push_back(
       holds("new links connect clusters", after < before / 4, published("figure 2.13")));
-  Linkage fresh(joined.size());
+  NeighbourLists fresh(joined.size());
   const auto index = clusters(torn);
   for (std::size_t i = 0; i < joined.size(); ++i)
-    for (const Link& link : joined[i])
+    for (const Neighbour& link : joined[i])
       if (index[i] != index[static_cast<std::size_t>(link.to)]) fresh[i].push_back(link);
   draw(report, dir, "fig-2.13", 1,
        {{fmt::format("{} clusters, then {}: {} new links", before, after, link_count(fresh)),
@@ -369,9 +369,7 @@ Report fig_2_13(const PlotDir& dir) {
 Report fig_2_14(const PlotDir& dir) {
   const Planar& p = planar();
   Report report;
-  Roadmap roadmap;
-  roadmap.nodes = p.refined;
-  roadmap.links = connect(p.refined, kNeighbours);
+  const Roadmap roadmap(p.refined, connect(p.refined, kNeighbours));
   std::vector<VectorXd> goals;
   for (Index i = 0; i < p.refined.cols(); ++i)
     if (p.reaches(p.refined.col(i))) goals.push_back(p.refined.col(i));

@@ -51,10 +51,10 @@ plot::Data points(const Eigen::MatrixXd& nodes, const std::vector<char>& marks, 
   return out;
 }
 
-plot::Data link_lines(const Eigen::MatrixXd& nodes, const Linkage& links) {
+plot::Data link_lines(const Eigen::MatrixXd& nodes, const NeighbourLists& links) {
   plot::Data out;
   for (std::size_t i = 0; i < links.size(); ++i) {
-    for (const Link& link : links[i]) {
+    for (const Neighbour& link : links[i]) {
       if (link.to < static_cast<int>(i)) continue;
       for (const Eigen::Index end :
            {static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(link.to)})

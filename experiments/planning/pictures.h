@@ -28,7 +28,7 @@ inline constexpr const char* kYellow = "#d08a10";
 /// Columns of `nodes` whose mark is `wanted`, or all if there are no marks.
 plot::Data points(const Eigen::MatrixXd& nodes, const std::vector<char>& marks = {},
                   char wanted = 1);
-plot::Data link_lines(const Eigen::MatrixXd& nodes, const Linkage& links);
+plot::Data link_lines(const Eigen::MatrixXd& nodes, const NeighbourLists& links);
 
 // How gnuplot draws rows: x y; x y radius; x y, NaN between lines.
 std::string dots(const char* color, double size = 0.35);

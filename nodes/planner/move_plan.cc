@@ -36,7 +36,7 @@ class MovePlanner {
       places_.push_back({what, std::move(fitting)});
     }
     TaskPlan plan;
-    plan.roadmap_nodes = static_cast<int>(roadmap_.nodes.cols());
+    plan.roadmap_nodes = roadmap_.size();
     if (const auto left = leave(start)) {
       start = left->back();
       if (!add(plan, *left, leaving_, settings_.contact_speed))
@@ -103,7 +103,7 @@ class MovePlanner {
     bool found = false;
     settings_.interrupt.enter(fmt::format("a path to {} was sought", places_[index].what));
     while (!open.empty() && legs_++ < kMostLegs) {
-      if (legs_ > 1 && free_nodes_.empty()) free_nodes_ = checker_.free_columns(roadmap_.nodes);
+      if (legs_ > 1 && free_nodes_.empty()) free_nodes_ = checker_.free_columns(roadmap_.nodes());
       auto leg = find_path(roadmap_, checker_, from, open, {}, settings_.search, free_nodes_);
       if (!leg) {
         if (!found) failure = {"to " + places_[index].what + ": " + leg.error().reason};

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <ranges>
 
 #include "nodes/planner/smooth_path.h"
 #include "nodes/planner/tree_search.h"
@@ -17,50 +19,74 @@ template <class LinksOf>
 Wave expanded(const LinksOf& links_of, std::span<const char> inhibited,
               std::span<const double> cost, int start, std::span<const int> goals,
               const Interrupt& interrupt) {
-  Wave wave{std::vector<double>(inhibited.size(), 0.0), std::vector<int>(inhibited.size(), -1),
-            false};
-  std::vector<int> front, next;
+  constexpr int kOpen = -1, kInhibited = -2;
+  Wave wave{std::vector<double>(inhibited.size(), 0.0), std::vector<int>(inhibited.size()), false};
+  std::ranges::transform(inhibited, wave.arrival.begin(),
+                         [](char one) { return one ? kInhibited : kOpen; });
+  std::vector<int> passed;  // in the order of their arrival
+  passed.reserve(inhibited.size());
   for (const int goal : goals) {
-    if (inhibited[at(goal)] || wave.arrival[at(goal)] == 0) continue;
+    if (wave.arrival[at(goal)] != kOpen) continue;
     wave.arrival[at(goal)] = 0;
     wave.v[at(goal)] = 1.0;
-    front.push_back(goal);
+    passed.push_back(goal);
   }
-  for (int t = 1; !front.empty() && wave.arrival[at(start)] < 0 && !interrupt.now(); ++t) {
-    // A node joins at the first step at which any neighbour is active, so all its active neighbours
-    // joined one step before: the sum runs over the old front only.
-    next.clear();
-    for (const int j : front) {
-      for (const Link& link : links_of(j)) {
-        int& arrival = wave.arrival[at(link.to)];
-        if (arrival < 0 && !inhibited[at(link.to)]) {
-          arrival = t;
-          next.push_back(link.to);
-        }
-        if (arrival != t) continue;
-        const double c = cost.empty() ? 1.0 : 0.5 * (cost[at(j)] + cost[at(link.to)]);
-        const bool known = c == 1.0 && link.weight > 0.0;
-        wave.v[at(link.to)] += wave.v[at(j)] * (known ? link.weight : std::exp(-c * link.length));
-      }
+  for (std::size_t k = 0; k < passed.size() && wave.arrival[at(start)] < 0; ++k) {
+    if (k % 256 == 0 && interrupt.now()) return wave;
+    const int next = wave.arrival[at(passed[k])] + 1;
+    for (const Link& link : links_of(passed[k])) {
+      int& arrival = wave.arrival[at(link.to)];
+      if (arrival != kOpen) continue;
+      arrival = next;
+      passed.push_back(link.to);
     }
-    front.swap(next);
   }
   wave.reached = wave.arrival[at(start)] >= 0;
+  if (!wave.reached) return wave;
+
+  // Only the nodes that the wave passed on its ways to the start matter to a backward search.
+  std::vector<int>& ways = passed;
+  ways.assign(1, start);
+  for (std::size_t k = 0; k < ways.size(); ++k) {
+    const int before = wave.arrival[at(ways[k])] - 1;
+    for (const Link& link : links_of(ways[k])) {
+      if (wave.arrival[at(link.to)] != before || wave.v[at(link.to)] > 0.0) continue;
+      wave.v[at(link.to)] = 1.0;
+      ways.push_back(link.to);
+    }
+  }
+  // All active neighbours of a node that joins became active one step before.
+  for (const int i : std::views::reverse(ways)) {
+    if (wave.arrival[at(i)] == 0) continue;
+    double sum = 0.0;
+    for (const Link& link : links_of(i)) {
+      if (wave.arrival[at(link.to)] != wave.arrival[at(i)] - 1) continue;
+      const double c = cost.empty() ? 1.0 : 0.5 * (cost[at(i)] + cost[at(link.to)]);
+      const double weight = c == 1.0 ? double{link.weight} : std::pow(double{link.weight}, c);
+      sum += wave.v[at(link.to)] * weight;
+    }
+    wave.v[at(i)] = sum;
+  }
   return wave;
+}
+
+/// Of these neighbours of a node that the wave reached at `arrival`, the one with the most
+/// excitation among those that it passed one step before; -1: none.
+int strongest_before(std::span<const Link> links, const Wave& wave, int arrival) {
+  int best = -1;
+  for (const Link& link : links) {
+    if (wave.arrival[at(link.to)] != arrival - 1) continue;
+    if (best < 0 || wave.v[at(link.to)] > wave.v[at(best)]) best = link.to;
+  }
+  return best;
 }
 
 template <class LinksOf>
 std::vector<int> followed(const LinksOf& links_of, const Wave& wave, int start) {
   if (!wave.reached) return {};
   std::vector<int> path{start};
-  for (int i = start; wave.arrival[at(i)] > 0;) {
-    int best = -1;
-    for (const Link& link : links_of(i)) {
-      if (wave.arrival[at(link.to)] != wave.arrival[at(i)] - 1) continue;
-      if (best < 0 || wave.v[at(link.to)] > wave.v[at(best)]) best = link.to;
-    }
-    path.push_back(i = best);
-  }
+  for (int i = start; wave.arrival[at(i)] > 0;)
+    path.push_back(i = strongest_before(links_of(i), wave, wave.arrival[at(i)]));
   return path;
 }
 
@@ -81,7 +107,7 @@ std::vector<Eigen::VectorXd> refined_set(const Network& network, std::span<const
   for (const int i : kept) postures.push_back(network.node(i));
   for (const int i : path) {
     if (interrupt.now()) break;
-    const auto& links = network.links(i);
+    const auto links = network.links(i);
     for (std::size_t a = 0; a < links.size(); ++a) {
       for (std::size_t b = a + 1; b < links.size(); ++b) {
         postures.push_back(
@@ -104,15 +130,14 @@ std::vector<Eigen::VectorXd> postures_of(const Network& network, std::span<const
 /// Free nodes of `postures`, connected again; the path's ends are nodes `start` and `goal` of it.
 Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::VectorXd>& postures,
                       std::size_t path_size, int k) {
-  Roadmap local;
-  local.nodes.resize(checker.arm().dof(), static_cast<Eigen::Index>(postures.size()));
+  Eigen::MatrixXd nodes(checker.arm().dof(), std::ssize(postures));
   Eigen::Index count = 0;
   for (std::size_t i = 0; i < postures.size(); ++i) {
-    if (i < path_size || checker.free(postures[i])) local.nodes.col(count++) = postures[i];
+    if (i < path_size || checker.free(postures[i])) nodes.col(count++) = postures[i];
   }
-  local.nodes.conservativeResize(Eigen::NoChange, count);
-  local.links = connect(local.nodes, k, {}, checker.interrupt());
-  return local;
+  nodes.conservativeResize(Eigen::NoChange, count);
+  Linkage links = connect(nodes, k, {}, checker.interrupt());
+  return {std::move(nodes), std::move(links)};
 }
 
 }  // namespace
@@ -120,12 +145,11 @@ Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::Vector
 Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
                  std::span<const double> cost, int start, std::span<const int> goals,
                  const Interrupt& interrupt) {
-  return expanded([&](int i) -> std::span<const Link> { return links[at(i)]; }, inhibited, cost,
-                  start, goals, interrupt);
+  return expanded([&](int i) { return links[at(i)]; }, inhibited, cost, start, goals, interrupt);
 }
 
 std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start) {
-  return followed([&](int i) -> std::span<const Link> { return links[at(i)]; }, wave, start);
+  return followed([&](int i) { return links[at(i)]; }, wave, start);
 }
 
 std::string why_inhibited(CollisionChecker& checker, std::span<const Eigen::VectorXd> postures) {
@@ -195,7 +219,7 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
     return found;
   }
 
-  if (roadmap.nodes.cols() > 0) {
+  if (roadmap.size() > 0) {
     Network network(checker, cost);
     network.take(roadmap, free_nodes);
     const int begin = network.add(start, 2 * settings.neighbours);
@@ -276,20 +300,20 @@ std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int
 void Network::take(const Roadmap& roadmap, std::span<const char> free) {
   MIMESIS_ASSERT(size() == 0);
   roadmap_ = &roadmap;
-  taken_ = static_cast<int>(roadmap.nodes.cols());
+  taken_ = roadmap.size();
   own_links_.assign(at(taken_), -1);
   inhibited_.assign(at(taken_), 0);
   if (!free.empty()) set_judged(free);
   if (!cost_) return;
   node_cost_.assign(at(taken_), 1.0);
   for (int i = 0; i < taken_ && !checker_.interrupt().now(); ++i)
-    node_cost_[at(i)] = cost_(roadmap.nodes.col(i));
+    node_cost_[at(i)] = cost_(roadmap.nodes().col(i));
 }
 
 void Network::judge_all() {
   all_judged_ = true;
   if (taken_ == 0) return;
-  set_judged(checker_.free_columns(roadmap_->nodes));
+  set_judged(checker_.free_columns(roadmap_->nodes()));
 }
 
 void Network::set_judged(std::span<const char> free) {
@@ -299,48 +323,44 @@ void Network::set_judged(std::span<const char> free) {
 }
 
 /// The m nearest nodes that are not known to be inhibited, nearest first.
-std::vector<Link> Network::nearest(const Eigen::VectorXd& q, int m) const {
-  Eigen::VectorXd squared(size());
-  for (int i = 0; i < taken_; ++i) {
-    double sum = 0.0;
-    for (Eigen::Index j = 0; j < q.size(); ++j) {
-      const double d = roadmap_->nodes(j, i) - q[j];
-      sum += d * d;
-    }
-    squared[i] = sum;
-  }
-  for (int i = taken_; i < size(); ++i) squared[i] = (added_[at(i - taken_)] - q).squaredNorm();
-  std::vector<Link> links;
+std::vector<int> Network::nearest(const Eigen::VectorXd& q, int m) const {
+  Eigen::VectorXf squared(size());
+  roadmap_->squared_distances(q, squared);
+  for (int i = taken_; i < size(); ++i)
+    squared[i] = static_cast<float>((added_[at(i - taken_)] - q).squaredNorm());
+  std::vector<int> near;
+  float farthest = std::numeric_limits<float>::infinity();  // of m
+  const auto distance = [&](int i) { return squared[i]; };
   for (int i = 0; i < size(); ++i) {
-    const bool full = std::ssize(links) == m;
-    if (inhibited_[at(i)] || (full && squared[i] >= links.back().length)) continue;
-    if (full) links.pop_back();
-    const auto place = std::ranges::upper_bound(links, squared[i], {}, &Link::length);
-    links.insert(place, {i, squared[i]});
+    if (squared[i] >= farthest || inhibited_[at(i)]) continue;
+    if (std::ssize(near) == m) near.pop_back();
+    near.insert(std::ranges::upper_bound(near, squared[i], {}, distance), i);
+    if (std::ssize(near) == m) farthest = squared[near.back()];
   }
-  return links;
+  return near;
 }
 
 int Network::add(const Eigen::VectorXd& q, int m) {
-  std::vector<Link> links = nearest(q, all_judged_ ? m : 2 * m);
-  if (!all_judged_ && !links.empty()) {
-    Eigen::MatrixXd candidates(q.size(), std::ssize(links));
-    for (std::size_t i = 0; i < links.size(); ++i)
-      candidates.col(static_cast<Eigen::Index>(i)) = node(links[i].to);
+  std::vector<int> near = nearest(q, all_judged_ ? m : 2 * m);
+  if (!all_judged_ && !near.empty()) {
+    Eigen::MatrixXd candidates(q.size(), std::ssize(near));
+    for (std::size_t i = 0; i < near.size(); ++i)
+      candidates.col(static_cast<Eigen::Index>(i)) = node(near[i]);
     const std::vector<char> free = checker_.free_columns(candidates);
-    for (std::size_t i = 0; i < links.size(); ++i) inhibited_[at(links[i].to)] = !free[i];
-    std::erase_if(links, [&](const Link& link) { return inhibited_[at(link.to)]; });
-    if (std::ssize(links) < std::min(m, size())) {
+    for (std::size_t i = 0; i < near.size(); ++i) inhibited_[at(near[i])] = !free[i];
+    std::erase_if(near, [&](int i) { return inhibited_[at(i)]; });
+    if (std::ssize(near) < std::min(m, size())) {
       judge_all();
-      links = nearest(q, m);
+      near = nearest(q, m);
     }
-    links.resize(std::min(links.size(), at(m)));
+    near.resize(std::min(near.size(), at(m)));
   }
   const int index = size();
-  for (Link& link : links) {
-    link.length = std::sqrt(link.length);
-    link.weight = std::exp(-link.length);
-    own_links(link.to).push_back({index, link.length, link.weight});
+  std::vector<Link> links;
+  for (const int i : near) {
+    const auto weight = static_cast<float>(std::exp(-(node(i) - q).norm()));
+    links.push_back({i, weight});
+    own_links(i).push_back({index, weight});
   }
   added_.push_back(q);
   own_links_.push_back(static_cast<int>(changed_.size()));
@@ -354,7 +374,8 @@ std::vector<Link>& Network::own_links(int i) {
   int& own = own_links_[at(i)];
   if (own < 0) {
     own = static_cast<int>(changed_.size());
-    changed_.push_back(roadmap_->links[at(i)]);
+    const std::span<const Link> links = roadmap_->links()[at(i)];
+    changed_.emplace_back(links.begin(), links.end());
   }
   return changed_[at(own)];
 }
@@ -376,14 +397,34 @@ void Network::cut(int a, int b) {
   remove(b, a);
 }
 
+/// Backward search that certifies as it goes. A link that is not free is cut, and the next
+/// neighbour takes its place; a node without any is forgotten. Empty if the start is.
+std::vector<int> Network::follow_proven(Wave& wave, int start) {
+  std::vector<int> path{start};
+  while (!path.empty() && !checker_.interrupt().told()) {
+    const int i = path.back();
+    int& arrival = wave.arrival[at(i)];
+    if (arrival == 0) return path;
+    const int next = strongest_before(links(i), wave, arrival);
+    if (next < 0) {
+      arrival = -1;
+      path.pop_back();
+    } else if (certified(i, next)) {
+      path.push_back(next);
+    } else {
+      cut(i, next);
+    }
+  }
+  return {};
+}
+
 std::vector<int> Network::search(int start, std::span<const int> goals, int& waves) {
-  const auto links_of = [this](int i) -> std::span<const Link> { return links(i); };
+  const auto links_of = [this](int i) { return links(i); };
   for (; waves > 0 && !checker_.interrupt().told(); --waves) {
-    const Wave wave =
-        expanded(links_of, inhibited_, node_cost_, start, goals, checker_.interrupt());
-    std::vector<int> path = followed(links_of, wave, start);
-    if (path.empty()) return {};
+    Wave wave = expanded(links_of, inhibited_, node_cost_, start, goals, checker_.interrupt());
+    if (!wave.reached) return {};
     if (!all_judged_) {
+      const std::vector<int> path = followed(links_of, wave, start);
       Eigen::MatrixXd postures(checker_.arm().dof(), std::ssize(path));
       for (std::size_t i = 0; i < path.size(); ++i)
         postures.col(static_cast<Eigen::Index>(i)) = node(path[i]);
@@ -392,13 +433,7 @@ std::vector<int> Network::search(int start, std::span<const int> goals, int& wav
         continue;
       }
     }
-    bool whole = true;
-    for (std::size_t i = 1; i < path.size(); ++i) {
-      if (certified(path[i - 1], path[i])) continue;
-      cut(path[i - 1], path[i]);
-      whole = false;
-    }
-    if (whole) return path;
+    if (std::vector<int> path = follow_proven(wave, start); !path.empty()) return path;
   }
   return {};
 }

@@ -16,8 +16,8 @@ namespace mimesis::planner {
 
 /// Excitation of a wave that started at the goals.
 struct Wave {
-  std::vector<double> v;     ///< excitation vᵢ, 0 where the wave has not been [1]
-  std::vector<int> arrival;  ///< time step at which the wave reached i, -1 never
+  std::vector<double> v;     ///< excitation vᵢ on the ways to the start, else 0 [1]
+  std::vector<int> arrival;  ///< time step at which the wave reached i, negative: never
   bool reached = false;      ///< it reached the start
 };
 
@@ -91,31 +91,32 @@ class Network {
   void take(Roadmap&&, std::span<const char> = {}) = delete;
   /// Adds a node that is free and links it with its `m` nearest active nodes. Returns its index.
   int add(const Eigen::VectorXd& q, int m);
-  /// Waves and backward searches until every node and link of the path is proven free; links that
-  /// are not are cut. The first node that is not has all nodes judged. Empty if the wave does not
-  /// arrive or `waves` are used up.
+  /// Waves, each with a backward search along links that are proven free, until one gets to a goal;
+  /// links that are not are cut. The first node of a path that is not free has all nodes judged.
+  /// Empty if the wave does not arrive or `waves` are used up.
   std::vector<int> search(int start, std::span<const int> goals, int& waves);
 
   Eigen::VectorXd node(int i) const {
-    return i < taken_ ? Eigen::VectorXd(roadmap_->nodes.col(i))
+    return i < taken_ ? Eigen::VectorXd(roadmap_->nodes().col(i))
                       : added_[static_cast<std::size_t>(i - taken_)];
   }
-  const std::vector<Link>& links(int i) const {
+  std::span<const Link> links(int i) const {
     const int own = own_links_[static_cast<std::size_t>(i)];
-    return own < 0 ? roadmap_->links[static_cast<std::size_t>(i)]
-                   : changed_[static_cast<std::size_t>(own)];
+    if (own < 0) return roadmap_->links()[static_cast<std::size_t>(i)];
+    return changed_[static_cast<std::size_t>(own)];
   }
   int size() const { return taken_ + static_cast<int>(added_.size()); }
   int links_checked() const { return links_checked_; }
 
  private:
   using Pair = std::pair<int, int>;
+  std::vector<int> follow_proven(Wave& wave, int start);
   bool certified(int a, int b);
   void cut(int a, int b);
   std::vector<Link>& own_links(int i);
   void judge_all();
   void set_judged(std::span<const char> free);
-  std::vector<Link> nearest(const Eigen::VectorXd& q, int m) const;
+  std::vector<int> nearest(const Eigen::VectorXd& q, int m) const;
   CollisionChecker& checker_;
   const PostureCost& cost_;
   const Roadmap* roadmap_ = nullptr;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/error.h"
+#include "common/math/vector_clones.h"
 
 namespace mimesis::planner {
 namespace {
@@ -20,36 +21,36 @@ double radical_inverse(int index, int base) {
   return value;
 }
 
-bool nearer(const Link& a, const Link& b) {
+bool nearer(const Neighbour& a, const Neighbour& b) {
   return a.length != b.length ? a.length < b.length : a.to < b.to;
 }
 
-bool has_link(const std::vector<Link>& list, int to) {
-  return std::any_of(list.begin(), list.end(), [to](const Link& l) { return l.to == to; });
+bool has_link(const std::vector<Neighbour>& list, int to) {
+  return std::any_of(list.begin(), list.end(), [to](const Neighbour& l) { return l.to == to; });
 }
 
-void insert_sorted(std::vector<Link>& list, const Link& link) {
+void insert_sorted(std::vector<Neighbour>& list, const Neighbour& link) {
   list.insert(std::upper_bound(list.begin(), list.end(), link, nearer), link);
 }
 
 /// Length of link (i, j), or a negative number if there is none.
-double length_of(const std::vector<Link>& list, int to) {
-  for (const Link& link : list) {
+double length_of(const std::vector<Neighbour>& list, int to) {
+  for (const Neighbour& link : list) {
     if (link.to == to) return link.length;
   }
   return -1.0;
 }
 
 /// Frees list by list, which takes a tenth of a millisecond.
-void release(Linkage lists, const Interrupt& interrupt) {
+void release(NeighbourLists lists, const Interrupt& interrupt) {
   for (auto& list : lists) {
     if (interrupt.now()) return interrupt.keep(std::move(lists));
-    std::vector<Link>().swap(list);
+    std::vector<Neighbour>().swap(list);
   }
 }
 
-bool long_side_of_a_triangle(const Linkage& links, std::size_t i, const Link& link) {
-  for (const Link& side : links[i]) {
+bool long_side_of_a_triangle(const NeighbourLists& links, std::size_t i, const Neighbour& link) {
+  for (const Neighbour& side : links[i]) {
     const double other = length_of(links[static_cast<std::size_t>(side.to)], link.to);
     if (other < 0.0) continue;
     if (link.length * link.length > side.length * side.length + other * other) return true;
@@ -57,7 +58,45 @@ bool long_side_of_a_triangle(const Linkage& links, std::size_t i, const Link& li
   return false;
 }
 
+/// squared[i] = |row i of by_joint − q|²
+template <class Scalar>
+[[gnu::always_inline]] inline void squares(const Eigen::MatrixX<Scalar>& by_joint, const double* q,
+                                           Scalar* squared) {
+  const Eigen::Index count = by_joint.rows();
+  std::fill_n(squared, count, Scalar{0});
+  for (Eigen::Index joint = 0; joint < by_joint.cols(); ++joint) {
+    const Scalar* x = by_joint.data() + joint * count;
+    const auto here = static_cast<Scalar>(q[joint]);
+    for (Eigen::Index i = 0; i < count; ++i) squared[i] += (x[i] - here) * (x[i] - here);
+  }
+}
+MIMESIS_VECTOR_CLONES void all_squares(const Eigen::MatrixXd& by_joint, const double* q,
+                                       double* squared) {
+  squares(by_joint, q, squared);
+}
+MIMESIS_VECTOR_CLONES void all_squares(const Eigen::MatrixXf& by_joint, const double* q,
+                                       float* squared) {
+  squares(by_joint, q, squared);
+}
+
 }  // namespace
+
+Linkage::Linkage(const NeighbourLists& lists, const Interrupt& interrupt) {
+  for (const auto& list : lists) begin_.push_back(begin_.back() + list.size());
+  links_.reserve(begin_.back());
+  for (const auto& list : lists) {
+    if (interrupt.now()) {
+      *this = {};
+      return;
+    }
+    for (const Neighbour& link : list)
+      links_.push_back({link.to, static_cast<float>(std::exp(-link.length))});
+  }
+}
+
+void Roadmap::squared_distances(const Eigen::VectorXd& q, Eigen::VectorXf& squared) const {
+  all_squares(by_joint_, q.data(), squared.data());
+}
 
 Eigen::MatrixXd halton(int n, int count, std::uint64_t seed, const Interrupt& interrupt) {
   MIMESIS_ASSERT(n >= 1 && n <= static_cast<int>(kPrimes.size()));
@@ -80,19 +119,20 @@ Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi,
   return ((hi - lo).asDiagonal() * unit).colwise() + lo;
 }
 
-Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m, const Interrupt& interrupt) {
+NeighbourLists nearest_neighbours(const Eigen::MatrixXd& nodes, int m, const Interrupt& interrupt) {
   const auto count = static_cast<std::size_t>(nodes.cols());
   const std::size_t keep =
       std::min(static_cast<std::size_t>(std::max(m, 0)), count > 0 ? count - 1 : 0);
-  Linkage lists(count);
+  NeighbourLists lists(count);
+  const Eigen::MatrixXd by_joint = nodes.transpose();
   Eigen::VectorXd squared(nodes.cols());
-  std::vector<Link> heap;  // the `keep` nearest so far, farthest on top
+  std::vector<Neighbour> heap;  // the `keep` nearest so far, farthest on top
   for (std::size_t i = 0; i < count && keep > 0 && !interrupt.now(); ++i) {
-    squared = (nodes.colwise() - nodes.col(static_cast<Eigen::Index>(i))).colwise().squaredNorm();
+    all_squares(by_joint, nodes.col(static_cast<Eigen::Index>(i)).data(), squared.data());
     heap.clear();
     for (std::size_t j = 0; j < count; ++j) {
       if (j == i) continue;
-      const Link candidate{static_cast<int>(j), squared[static_cast<Eigen::Index>(j)]};
+      const Neighbour candidate{static_cast<int>(j), squared[static_cast<Eigen::Index>(j)]};
       if (heap.size() < keep) {
         heap.push_back(candidate);
         std::push_heap(heap.begin(), heap.end(), nearer);
@@ -103,14 +143,14 @@ Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m, const Interrupt&
       }
     }
     std::sort_heap(heap.begin(), heap.end(), nearer);
-    for (Link& link : heap) link.length = std::sqrt(link.length);
+    for (Neighbour& link : heap) link.length = std::sqrt(link.length);
     lists[i] = heap;
   }
   return lists;
 }
 
-Linkage symmetrised(const Linkage& lists, int k, const Interrupt& interrupt) {
-  Linkage links(lists.size());
+NeighbourLists symmetrised(const NeighbourLists& lists, int k, const Interrupt& interrupt) {
+  NeighbourLists links(lists.size());
   for (std::size_t i = 0; i < lists.size() && !interrupt.now(); ++i) {
     const auto end = lists[i].begin() + std::min<std::ptrdiff_t>(k, std::ssize(lists[i]));
     for (auto link = lists[i].begin(); link != end; ++link) {
@@ -124,10 +164,10 @@ Linkage symmetrised(const Linkage& lists, int k, const Interrupt& interrupt) {
   return links;
 }
 
-Linkage pruned(const Linkage& links, const Interrupt& interrupt) {
-  Linkage kept(links.size());
+NeighbourLists pruned(const NeighbourLists& links, const Interrupt& interrupt) {
+  NeighbourLists kept(links.size());
   for (std::size_t i = 0; i < links.size() && !interrupt.now(); ++i) {
-    for (const Link& link : links[i]) {
+    for (const Neighbour& link : links[i]) {
       if (!long_side_of_a_triangle(links, i, link)) kept[i].push_back(link);
     }
   }
@@ -158,18 +198,18 @@ std::vector<int> clusters(const Linkage& links, std::span<const char> inhibited)
   return cluster;
 }
 
-void join_clusters(Linkage& links, const Linkage& extended,
+void join_clusters(NeighbourLists& links, const NeighbourLists& extended,
                    const std::function<bool(int, int)>& accept, const Interrupt& interrupt) {
   if (interrupt.told()) return;
-  const std::vector<int> cluster = clusters(links);
+  const std::vector<int> cluster = clusters(Linkage(links, interrupt));
   struct Bridge {
     int from = 0;
-    Link link;
+    Neighbour link;
   };
   std::map<std::pair<int, int>, Bridge>
       shortest;  // by pair of clusters: ordered, hence reproducible
   for (std::size_t i = 0; i < extended.size() && !interrupt.now(); ++i) {
-    for (const Link& link : extended[i]) {
+    for (const Neighbour& link : extended[i]) {
       const int a = cluster[i], b = cluster[static_cast<std::size_t>(link.to)];
       if (a == b) continue;
       const auto known = shortest.find(std::minmax(a, b));
@@ -187,26 +227,22 @@ void join_clusters(Linkage& links, const Linkage& extended,
 
 Linkage connect(const Eigen::MatrixXd& nodes, int k, const std::function<bool(int, int)>& accept,
                 const Interrupt& interrupt) {
-  Linkage extended = nearest_neighbours(nodes, 2 * k, interrupt);
-  Linkage symmetric = symmetrised(extended, k, interrupt);
-  Linkage links = pruned(symmetric, interrupt);
+  NeighbourLists extended = nearest_neighbours(nodes, 2 * k, interrupt);
+  NeighbourLists symmetric = symmetrised(extended, k, interrupt);
+  NeighbourLists links = pruned(symmetric, interrupt);
   release(std::move(symmetric), interrupt);
   for (std::size_t i = 0; accept && i < links.size() && !interrupt.now(); ++i) {
-    std::erase_if(links[i], [&](const Link& link) {
+    std::erase_if(links[i], [&](const Neighbour& link) {
       if (link.to < static_cast<int>(i))
         return !has_link(links[static_cast<std::size_t>(link.to)], static_cast<int>(i));
       return !accept(static_cast<int>(i), link.to);
     });
   }
   join_clusters(links, extended, accept, interrupt);
-  for (auto& list : links) {
-    if (interrupt.now()) break;
-    for (Link& link : list) link.weight = std::exp(-link.length);
-  }
   release(std::move(extended), interrupt);
-  if (!interrupt.told()) return links;
-  interrupt.keep(std::move(links));
-  return {};
+  Linkage packed(links, interrupt);
+  release(std::move(links), interrupt);
+  return packed;
 }
 
 Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
@@ -222,18 +258,17 @@ Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
 Roadmap refined_roadmap(CollisionChecker& checker, Eigen::MatrixXd nodes,
                         const RoadmapSettings& settings) {
   const kin::ArmModel& arm = checker.arm();
-  Roadmap roadmap;
-  roadmap.nodes = std::move(nodes);
-  roadmap.inhibited_share = refine_offline(
-      roadmap.nodes, arm.q_min, arm.q_max,
+  std::vector<double> inhibited_share = refine_offline(
+      nodes, arm.q_min, arm.q_max,
       [&](const Eigen::MatrixXd& postures) { return checker.free_columns(postures); },
       settings.refinement, checker.interrupt());
-  if (checker.interrupt().told()) return roadmap;
-  roadmap.links = connect(
-      roadmap.nodes, settings.neighbours,
-      [&](int i, int j) { return checker.certify(roadmap.nodes.col(i), roadmap.nodes.col(j)); },
+  if (checker.interrupt().told()) return {};
+  Linkage links = connect(
+      nodes, settings.neighbours,
+      [&](int i, int j) { return checker.certify(nodes.col(i), nodes.col(j)); },
       checker.interrupt());
-  return roadmap;
+  if (checker.interrupt().told()) return {};
+  return {std::move(nodes), std::move(links), std::move(inhibited_share)};
 }
 
 }  // namespace mimesis::planner

@@ -20,27 +20,48 @@ Eigen::MatrixXd halton(int n, int count, std::uint64_t seed, const Interrupt& in
 Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
                            std::uint64_t seed, const Interrupt& interrupt = {});
 
-/// Link to a neighbouring node.
-struct Link {
+struct Neighbour {
   int to = 0;
   double length = 0.0;  ///< d(i, j), Euclidean in joint space [rad]
-  double weight = 0.0;  ///< exp(−length), where it is known; else 0 [1]
 };
 
-/// links[i]: the neighbours of node i, nearest first. Symmetric: every link is stored at both ends.
-using Linkage = std::vector<std::vector<Link>>;
+/// lists[i]: the neighbours of node i, nearest first.
+using NeighbourLists = std::vector<std::vector<Neighbour>>;
+
+struct Link {
+  int to = 0;
+  float weight = 0.0f;  ///< exp(−length) [1]
+};
+
+/// The links of a finished roadmap, one node's behind the other's as waves read them, nearest
+/// first. Symmetric: every link is stored at both ends.
+class Linkage {
+ public:
+  Linkage() = default;
+  Linkage(const NeighbourLists& lists, const Interrupt& interrupt = {});
+
+  std::span<const Link> operator[](std::size_t i) const {
+    return {links_.data() + begin_[i], begin_[i + 1] - begin_[i]};
+  }
+  std::size_t size() const { return begin_.size() - 1; }
+
+ private:
+  std::vector<std::size_t> begin_{0};
+  std::vector<Link> links_;
+};
 
 /// The m nearest neighbours of every column of `nodes`, nearest first, exact (ties by index). O(N²
 /// n).
-Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m, const Interrupt& interrupt = {});
+NeighbourLists nearest_neighbours(const Eigen::MatrixXd& nodes, int m,
+                                  const Interrupt& interrupt = {});
 
 /// Keeps the first k of every list and adds the reverse of every link that has none.
-Linkage symmetrised(const Linkage& lists, int k, const Interrupt& interrupt = {});
+NeighbourLists symmetrised(const NeighbourLists& lists, int k, const Interrupt& interrupt = {});
 
 /// Removes every link (i, j) that is the long side of an obtuse triangle of links:
 /// d_ij² > d_jk² + d_ki² for some common neighbour k. All candidates are found before any is
 /// removed.
-Linkage pruned(const Linkage& links, const Interrupt& interrupt = {});
+NeighbourLists pruned(const NeighbourLists& links, const Interrupt& interrupt = {});
 
 /// Cluster index of every node, clusters numbered by their lowest node. Nodes with `inhibited[i]`
 /// (empty: none) belong to no cluster: -1.
@@ -48,13 +69,13 @@ std::vector<int> clusters(const Linkage& links, std::span<const char> inhibited 
 
 /// Adds, for every pair of disjoint clusters that the extended lists connect, their shortest such
 /// link that is accepted (empty: all are).
-void join_clusters(Linkage& links, const Linkage& extended,
+void join_clusters(NeighbourLists& links, const NeighbourLists& extended,
                    const std::function<bool(int, int)>& accept = {},
                    const Interrupt& interrupt = {});
 
 /// The connection structure of the roadmap [M18 2.3.2]: 2k nearest neighbours stored, the first k
 /// of them symmetrised, triangles pruned, links that are not accepted cut (empty: none), clusters
-/// joined. With weights.
+/// joined.
 Linkage connect(const Eigen::MatrixXd& nodes, int k,
                 const std::function<bool(int, int)>& accept = {}, const Interrupt& interrupt = {});
 
@@ -67,10 +88,28 @@ struct RoadmapSettings {
 
 /// Network of postures that covers the joint space [M18 2.3.2]. Every node was free when it was
 /// built, every link certified; what has moved since then is checked when a path needs it.
-struct Roadmap {
-  Eigen::MatrixXd nodes;  ///< n × N [rad]
-  Linkage links;
-  std::vector<double> inhibited_share;  ///< per iteration of the off-line refinement [1]
+class Roadmap {
+ public:
+  Roadmap() = default;
+  /// @param inhibited_share  per iteration of the off-line refinement [1]
+  Roadmap(Eigen::MatrixXd nodes, Linkage links, std::vector<double> inhibited_share = {})
+      : nodes_(std::move(nodes)),
+        by_joint_(nodes_.transpose().cast<float>()),
+        links_(std::move(links)),
+        inhibited_share_(std::move(inhibited_share)) {}
+
+  const Eigen::MatrixXd& nodes() const { return nodes_; }  ///< n × N [rad]
+  int size() const { return static_cast<int>(nodes_.cols()); }
+  const Linkage& links() const { return links_; }
+  const std::vector<double>& inhibited_share() const { return inhibited_share_; }
+  /// |node − q|² of all nodes, in single precision, into the first N of `squared` [rad²].
+  void squared_distances(const Eigen::VectorXd& q, Eigen::VectorXf& squared) const;
+
+ private:
+  Eigen::MatrixXd nodes_;
+  Eigen::MatrixXf by_joint_;  // N × n, for distances to all nodes at once
+  Linkage links_;
+  std::vector<double> inhibited_share_;
 };
 
 /// Samples, adds `more` postures (columns; from inverse kinematics), refines against the obstacles

@@ -93,10 +93,11 @@ std::uint64_t arm_hash(const kin::ArmModel& arm) {
 void save_roadmap(const Roadmap& roadmap, const kin::ArmModel& arm, const std::string& file) {
   std::string bytes(kMagic);
   put(bytes, arm_hash(arm));
-  put(bytes, static_cast<std::uint32_t>(roadmap.nodes.rows()));
-  put(bytes, static_cast<std::uint32_t>(roadmap.nodes.cols()));
-  put_all(bytes, roadmap.nodes);
-  for (const auto& links : roadmap.links) {
+  put(bytes, static_cast<std::uint32_t>(roadmap.nodes().rows()));
+  put(bytes, static_cast<std::uint32_t>(roadmap.size()));
+  put_all(bytes, roadmap.nodes());
+  for (std::size_t i = 0; i < roadmap.links().size(); ++i) {
+    const std::span<const Link> links = roadmap.links()[i];
     put(bytes, static_cast<std::uint32_t>(links.size()));
     for (const Link& link : links) put(bytes, static_cast<std::uint32_t>(link.to));
   }
@@ -126,28 +127,25 @@ Roadmap load_roadmap(const std::string& file, const kin::ArmModel& arm) {
   if (n != static_cast<std::uint32_t>(arm.dof()) || count == 0 || count > kMostNodes ||
       taker.left() / sizeof(double) / n < count)
     taker.fail(fmt::format("{} nodes of {} joints cannot be", count, n));
-  Roadmap roadmap;
-  roadmap.nodes.resize(n, count);
-  for (Eigen::Index i = 0; i < roadmap.nodes.size(); ++i)
-    roadmap.nodes.data()[i] = taker.take<double>();
-  const auto& q = roadmap.nodes.array();
-  if (!(roadmap.nodes.allFinite() && (q.colwise() - arm.q_min.array()).minCoeff() >= -1e-9 &&
+  Eigen::MatrixXd nodes(n, count);
+  for (double& q : nodes.reshaped()) q = taker.take<double>();
+  const auto& q = nodes.array();
+  if (!(nodes.allFinite() && (q.colwise() - arm.q_min.array()).minCoeff() >= -1e-9 &&
         (q.colwise() - arm.q_max.array()).maxCoeff() <= 1e-9))
     taker.fail("a node is outside the limits of the joints");
-  roadmap.links.resize(count);
+  NeighbourLists links(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto size = taker.take<std::uint32_t>();
     if (size > taker.left() / sizeof(std::uint32_t)) taker.fail("ends too early");
-    roadmap.links[i].reserve(size);
+    links[i].reserve(size);
     for (std::uint32_t k = 0; k < size; ++k) {
       const auto to = taker.take<std::uint32_t>();
       if (to >= count || to == i) taker.fail(fmt::format("node {} has a link to node {}", i, to));
-      roadmap.links[i].push_back(
-          {static_cast<int>(to), (roadmap.nodes.col(to) - roadmap.nodes.col(i)).norm()});
+      links[i].push_back({static_cast<int>(to), (nodes.col(to) - nodes.col(i)).norm()});
     }
   }
   if (taker.left() > 0) taker.fail("goes on behind its last link");
-  return roadmap;
+  return {std::move(nodes), links};
 }
 
 }  // namespace mimesis::planner

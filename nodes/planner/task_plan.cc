@@ -310,8 +310,7 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan_between(const Eigen::VectorXd& 
   if (!reach) return tl::unexpected(Status{"reach for the object: " + reach.error().reason});
   const Hold& place = *place_of[static_cast<std::size_t>(transport->goal)];
   TaskPlan plan;
-  plan.roadmap_nodes =
-      std::max({reach->nodes, transport->nodes, static_cast<int>(roadmap_.nodes.cols())});
+  plan.roadmap_nodes = std::max({reach->nodes, transport->nodes, roadmap_.size()});
   const double fast = settings_.speed, gentle = settings_.contact_speed;
   const double grasp_m = grasp.margin_m, place_m = place.margin_m;
   const Obstacles alone = table_obstacles(table_);
@@ -511,12 +510,12 @@ std::shared_ptr<const Roadmap> refreshed_roadmap(std::shared_ptr<const Roadmap> 
                                                  const TaskSettings& settings) {
   settings.interrupt.enter("the roadmap was refined");
   CollisionChecker checker(arm, table_obstacles(table), settings.margin_m, settings.interrupt);
-  const std::vector<char> free = checker.free_columns(known->nodes);
+  const std::vector<char> free = checker.free_columns(known->nodes());
   const auto inhibited = static_cast<double>(std::count(free.begin(), free.end(), 0));
   const double share = settings.roadmap.refinement.inhibited_share;
   if (inhibited < share * static_cast<double>(free.size())) return known;
   auto refined =
-      std::make_shared<const Roadmap>(refined_roadmap(checker, known->nodes, settings.roadmap));
+      std::make_shared<const Roadmap>(refined_roadmap(checker, known->nodes(), settings.roadmap));
   return settings.interrupt.told() ? known : refined;
 }
 

@@ -18,22 +18,27 @@ namespace {
 constexpr double kQueryMargin = 0.001;
 constexpr std::array kRobots{"lwr4p", "rx90", "planar2"};
 
+bool certified(const Path& path, CollisionChecker& judge) {
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (!judge.certify(path[i - 1], path[i])) return false;
+  }
+  return true;
+}
+
 struct Times {
   std::vector<double> us;
-  int solved = 0, certified = 0;
+  int solved = 0, certified_paths = 0;
 
   void add(double time_us, const Path& path, CollisionChecker& judge) {
     us.push_back(time_us);
     solved += !path.empty();
-    bool all = !path.empty();
-    for (std::size_t i = 1; i < path.size(); ++i) all = all && judge.certify(path[i - 1], path[i]);
-    certified += all;
+    certified_paths += !path.empty() && certified(path, judge);
   }
   void report(benchmark::State& state, const std::string& prefix) {
     if (us.empty()) return;
     std::sort(us.begin(), us.end());
     state.counters[prefix + "solved"] = solved;
-    state.counters[prefix + "certified"] = certified;
+    state.counters[prefix + "certified"] = certified_paths;
     state.counters[prefix + "median_us"] = us[us.size() / 2];
     state.counters[prefix + "p95_us"] = us[us.size() * 95 / 100];
     state.counters[prefix + "worst_us"] = us.back();
@@ -73,9 +78,6 @@ void visit_blocked(benchmark::State& state, const Visit& visit, const Done& done
   }
 }
 
-void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
-BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
-
 /// Lengths of the shortest known paths of the blocked queries, by "robot scene number" [rad].
 using Lengths = std::map<std::string, double>;
 
@@ -88,45 +90,18 @@ Lengths known_lengths(const std::string& file) {
   return lengths;
 }
 
-/// How much longer than the shortest known are the paths found in 50 ms of processor time?
-/// MIMESIS_BEST_LENGTHS=FILE: with this many ms instead (MIMESIS_BEST_MS), what is shorter is
-/// written to FILE.
+void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
+BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
+
 void lengths(benchmark::State& state) {
-  const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
-  const char* file = std::getenv("MIMESIS_BEST_LENGTHS");
-  const char* ms = std::getenv("MIMESIS_BEST_MS");
-  const double effort_us = 1e3 * (file != nullptr && ms != nullptr ? std::atof(ms) : 50.0);
-  Lengths known = known_lengths(file != nullptr ? file : MIMESIS_BEST_LENGTHS);
-  std::vector<double> ratios;
-  visit_blocked(
-      state,
-      [&](const kin::ArmModel& arm, const ProblemScene& scene, CollisionChecker&,
-          const Query& query) {
-        const double end_us = processor_us() + effort_us;
-        CollisionChecker checker(arm, scene.obstacles, kQueryMargin,
-                                 {"time is up", [=] { return processor_us() > end_us; }, 16});
-        const auto found = find_path(
-            {}, checker, query.start, query.goals, {},
-            {.shortcuts = 400, .repeats = 1'000'000, .seed = file != nullptr ? 1001u : 1u});
-        if (!found) return;
-        const double length = path_length(found->waypoints);
-        const auto number = &query - scene.queries.data();
-        double& best = known.try_emplace(fmt::format("{} {} {}", robot, scene.name, number), length)
-                           .first->second;
-        ratios.push_back(length / best);
-        best = std::min(best, length);
-      },
-      [](const kin::ArmModel&) {});
-  if (ratios.empty()) return;
-  if (file != nullptr) {
-    std::ofstream out(file);
-    for (const auto& [query, length] : known) out << fmt::format("{} {:.5f}\n", query, length);
-  }
-  std::sort(ratios.begin(), ratios.end());
-  state.counters["asked"] = static_cast<double>(ratios.size());
-  state.counters["mean"] =
-      std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size());
-  state.counters["p95"] = ratios[ratios.size() * 95 / 100];
+  measure_lengths(state, [](const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
+                            const Query& query, double end_us, std::uint64_t seed) {
+    CollisionChecker checker(arm, obstacles, margin_m,
+                             {"time is up", [=] { return processor_us() > end_us; }, 16});
+    auto found = find_path({}, checker, query.start, query.goals, {},
+                           {.shortcuts = 400, .repeats = 1'000'000, .seed = seed});
+    return found ? std::move(found->waypoints) : Path{};
+  });
 }
 BENCHMARK(lengths)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
 
@@ -190,6 +165,44 @@ void plan_blocked_queries(benchmark::State& state, const PlanQuery& plan, const 
   theirs.report(state, "peer_");
   std::sort(ratios.begin(), ratios.end());
   state.counters["ratio"] = ratios[ratios.size() / 2];
+}
+
+void measure_lengths(benchmark::State& state, const PlanFor& plan) {
+  const std::string robot = kRobots.at(static_cast<std::size_t>(state.range(0)));
+  const char* file = std::getenv("MIMESIS_BEST_LENGTHS");
+  const char* ms = std::getenv("MIMESIS_BEST_MS");
+  const double effort_us = 1e3 * (file != nullptr && ms != nullptr ? std::atof(ms) : 50.0);
+  Lengths known = known_lengths(file != nullptr ? file : MIMESIS_BEST_LENGTHS);
+  int touching = 0;
+  std::vector<double> ratios;
+  visit_blocked(
+      state,
+      [&](const kin::ArmModel& arm, const ProblemScene& scene, CollisionChecker& judge,
+          const Query& query) {
+        const Path path = plan(arm, scene.obstacles, kQueryMargin, query,
+                               processor_us() + effort_us, file != nullptr ? 1001 : 1);
+        if (path.empty()) return;
+        if (!certified(path, judge)) return void(++touching);
+        const double length = path_length(path);
+        const auto number = &query - scene.queries.data();
+        double& best = known.try_emplace(fmt::format("{} {} {}", robot, scene.name, number), length)
+                           .first->second;
+        ratios.push_back(length / best);
+        best = std::min(best, length);
+      },
+      [](const kin::ArmModel&) {});
+  if (ratios.empty()) return;
+  if (file != nullptr) {
+    std::ofstream out(file);
+    for (const auto& [query, length] : known) out << fmt::format("{} {:.5f}\n", query, length);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  state.counters["found"] = static_cast<double>(ratios.size());
+  state.counters["touching"] = touching;
+  state.counters["mean"] =
+      std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size());
+  state.counters["median"] = ratios[ratios.size() / 2];
+  state.counters["p95"] = ratios[ratios.size() * 95 / 100];
 }
 
 }  // namespace mimesis::planner

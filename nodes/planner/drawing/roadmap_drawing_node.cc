@@ -63,18 +63,18 @@ foxglove::SceneUpdate to_drawing(const kin::ArmModel& arm, const kin::Table& tab
     return !decided || is_free(narrowed) ? kUsable : kClosed;
   };
   std::vector<Eigen::Vector3d> hands;
-  for (Eigen::Index i = 0; i < roadmap.nodes.cols(); ++i) {
-    hands.emplace_back(kin::end_effector(arm, roadmap.nodes.col(i)).translation());
+  for (Eigen::Index i = 0; i < roadmap.nodes().cols(); ++i) {
+    hands.emplace_back(kin::end_effector(arm, roadmap.nodes().col(i)).translation());
   }
   for (std::size_t i = 0; i < hands.size(); ++i) {
-    const auto q = roadmap.nodes.col(static_cast<Eigen::Index>(i));
+    const auto q = roadmap.nodes().col(static_cast<Eigen::Index>(i));
     const Use use = use_of([&](auto& checker) { return checker.free(q); });
     model::add_ball(*update.mutable_entities(static_cast<int>(use)), hands[i], kNodeRadius,
                     kUseColors[use]);
-    for (const Link& link : roadmap.links[i]) {
+    for (const Link& link : roadmap.links()[i]) {
       if (link.to < static_cast<int>(i)) continue;  // stored at both ends
       const Use link_use =
-          use_of([&](auto& checker) { return checker.certify(q, roadmap.nodes.col(link.to)); });
+          use_of([&](auto& checker) { return checker.certify(q, roadmap.nodes().col(link.to)); });
       model::add_point(*lines[link_use], hands[i]);
       model::add_point(*lines[link_use], hands[static_cast<std::size_t>(link.to)]);
     }

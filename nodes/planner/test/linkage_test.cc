@@ -13,26 +13,28 @@ Eigen::MatrixXd on_a_line(std::initializer_list<double> xs) {
   return nodes;
 }
 
-const Link* find_link(const Linkage& links, std::size_t from, int to) {
-  const auto& list = links[from];
-  const auto link =
-      std::find_if(list.begin(), list.end(), [to](const Link& l) { return l.to == to; });
+double strength(const Neighbour& to) { return -to.length; }
+double strength(const Link& link) { return link.weight; }
+
+const auto* find_link(const auto& links, std::size_t from, int to) {
+  const auto list = std::span(links[from]);
+  const auto link = std::ranges::find(list, to, [](const auto& l) { return l.to; });
   return link == list.end() ? nullptr : &*link;
 }
 
-void expect_symmetric(const Linkage& links) {
+void expect_symmetric(const auto& links) {
   for (std::size_t i = 0; i < links.size(); ++i) {
-    for (const Link& link : links[i]) {
-      const Link* back = find_link(links, static_cast<std::size_t>(link.to), static_cast<int>(i));
+    for (const auto& link : links[i]) {
+      const auto* back = find_link(links, static_cast<std::size_t>(link.to), static_cast<int>(i));
       ASSERT_NE(back, nullptr) << i << " -> " << link.to;
-      EXPECT_EQ(back->length, link.length);
+      EXPECT_EQ(strength(*back), strength(link));
     }
   }
 }
 
 TEST(NearestNeighbours, AreThoseOfASortOverAllPairs) {
   const Eigen::MatrixXd nodes = halton(3, 200, 7);
-  const Linkage lists = nearest_neighbours(nodes, 5);
+  const NeighbourLists lists = nearest_neighbours(nodes, 5);
   for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
     std::vector<std::pair<double, int>> all;
     for (Eigen::Index j = 0; j < nodes.cols(); ++j) {
@@ -57,9 +59,9 @@ TEST(NearestNeighbours, OfFewNodesAreAllOthers) {
 TEST(Symmetrised, AddsTheReverseOfOneSidedLinks) {
   // 1 is the nearest of 0, but the nearest of 1 is 2.
   const Eigen::MatrixXd nodes = on_a_line({0.0, 1.0, 1.5});
-  const Linkage lists = nearest_neighbours(nodes, 1);
+  const NeighbourLists lists = nearest_neighbours(nodes, 1);
   EXPECT_EQ(find_link(lists, 1, 0), nullptr);
-  const Linkage links = symmetrised(lists, 1);
+  const NeighbourLists links = symmetrised(lists, 1);
   expect_symmetric(links);
   EXPECT_NE(find_link(links, 1, 0), nullptr);
 }
@@ -68,11 +70,11 @@ TEST(Pruned, RemovesTheLongSideOfObtuseTrianglesOnly) {
   Eigen::MatrixXd obtuse(2, 3), acute(2, 3);
   obtuse << 0.0, 1.0, 2.0, 0.0, 0.2, 0.0;
   acute << 0.0, 1.0, 2.0, 0.0, 1.5, 0.0;
-  const Linkage without = pruned(symmetrised(nearest_neighbours(obtuse, 2), 2));
+  const NeighbourLists without = pruned(symmetrised(nearest_neighbours(obtuse, 2), 2));
   EXPECT_EQ(find_link(without, 0, 2), nullptr);
   EXPECT_EQ(find_link(without, 2, 0), nullptr);
   EXPECT_NE(find_link(without, 0, 1), nullptr);
-  const Linkage whole = pruned(symmetrised(nearest_neighbours(acute, 2), 2));
+  const NeighbourLists whole = pruned(symmetrised(nearest_neighbours(acute, 2), 2));
   EXPECT_EQ(whole[0].size() + whole[1].size() + whole[2].size(), 6u);
 }
 
@@ -80,8 +82,8 @@ TEST(JoinClusters, AddsTheShortestLinkOfEveryPair) {
   // Two groups of three; with k = 1 they are apart, with 2k = 3 extended neighbours they see each
   // other.
   const Eigen::MatrixXd nodes = on_a_line({0.0, 0.1, 0.2, 1.0, 1.1, 1.2});
-  const Linkage extended = nearest_neighbours(nodes, 3);
-  Linkage links = symmetrised(extended, 1);
+  const NeighbourLists extended = nearest_neighbours(nodes, 3);
+  NeighbourLists links = symmetrised(extended, 1);
   EXPECT_EQ(clusters(links), (std::vector<int>{0, 0, 0, 1, 1, 1}));
   join_clusters(links, extended);
   EXPECT_EQ(clusters(links), std::vector<int>(6, 0));
@@ -91,7 +93,7 @@ TEST(JoinClusters, AddsTheShortestLinkOfEveryPair) {
 }
 
 TEST(Clusters, LeaveInhibitedNodesOut) {
-  const Linkage links = symmetrised(nearest_neighbours(on_a_line({0.0, 1.0, 2.0}), 2), 1);
+  const NeighbourLists links = symmetrised(nearest_neighbours(on_a_line({0.0, 1.0, 2.0}), 2), 1);
   const std::vector<char> middle_off{0, 1, 0};
   EXPECT_EQ(clusters(links, middle_off), (std::vector<int>{0, -1, 1}));
 }

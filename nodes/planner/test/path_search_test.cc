@@ -108,6 +108,53 @@ TEST(FindPath, NeedsNoRoadmap) {
   EXPECT_NE(paths[0], paths[2]);
 }
 
+TEST(Network, OneWaveIsEnoughWhereALinkIsBlocked) {
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, wall(), kPathMargin);
+  const std::vector<Eigen::VectorXd> goals{kAbove};
+  const auto round = find_path({}, checker, kBelow, goals, {}, {});
+  ASSERT_TRUE(round);
+  // Two ways of as many links: along the straight line, shorter, its last link blocked; and round.
+  const auto middles = static_cast<int>(round->waypoints.size()) - 2;
+  const int goal = 1 + 2 * middles;
+  ASSERT_GT(middles, 0);
+  Eigen::MatrixXd nodes(2, goal + 1);
+  nodes.col(0) = kBelow;
+  nodes.col(goal) = kAbove;
+  NeighbourLists lists(static_cast<std::size_t>(goal) + 1);
+  const auto join = [&](int a, int b) {
+    const double length = (nodes.col(a) - nodes.col(b)).norm();
+    lists[static_cast<std::size_t>(a)].push_back({b, length});
+    lists[static_cast<std::size_t>(b)].push_back({a, length});
+  };
+  for (int i = 1; i <= middles; ++i) {
+    nodes.col(i) = kBelow + 0.01 * i * (kAbove - kBelow);
+    nodes.col(middles + i) = round->waypoints[static_cast<std::size_t>(i)];
+    join(i == 1 ? 0 : i - 1, i);
+    join(i == 1 ? 0 : middles + i - 1, middles + i);
+  }
+  join(middles, goal);
+  join(2 * middles, goal);
+  ASSERT_FALSE(checker.certify(nodes.col(middles), nodes.col(goal)));
+  const Roadmap roadmap(nodes, lists);
+  const std::vector<char> free = checker.free_columns(nodes);
+  ASSERT_EQ(std::ranges::count(free, 0), 0);
+  const PostureCost no_preference;
+  Network network(checker, no_preference);
+  network.take(roadmap, free);
+  EXPECT_EQ(follow_wave(roadmap.links(),
+                        expand_wave(roadmap.links(), std::vector<char>(free.size(), 0), {}, 0,
+                                    std::span(&goal, 1)),
+                        0)[1],
+            1)
+      << "the shorter way is excited more";
+  int waves = 1;
+  const std::vector<int> path = network.search(0, std::span(&goal, 1), waves);
+  ASSERT_EQ(std::ssize(path), middles + 2);
+  for (int i = 1; i <= middles; ++i) EXPECT_EQ(path[static_cast<std::size_t>(i)], middles + i);
+  EXPECT_EQ(path.back(), goal);
+}
+
 TEST(FindPath, SameSeedSameBits) {
   const auto arm = planar_arm();
   std::vector<std::vector<Eigen::VectorXd>> paths;

@@ -42,17 +42,17 @@ struct Stored {
 TEST(RoadmapFile, GivesBackEveryBit) {
   const Stored stored;
   const Roadmap read = load_roadmap(stored.file, stored.arm);
-  EXPECT_EQ(read.nodes, stored.roadmap.nodes);
-  ASSERT_EQ(read.links.size(), stored.roadmap.links.size());
-  for (std::size_t i = 0; i < read.links.size(); ++i) {
-    ASSERT_EQ(read.links[i].size(), stored.roadmap.links[i].size());
-    for (std::size_t k = 0; k < read.links[i].size(); ++k) {
-      EXPECT_EQ(read.links[i][k].to, stored.roadmap.links[i][k].to);
-      EXPECT_DOUBLE_EQ(read.links[i][k].length, stored.roadmap.links[i][k].length);
+  EXPECT_EQ(read.nodes(), stored.roadmap.nodes());
+  ASSERT_EQ(read.links().size(), stored.roadmap.links().size());
+  for (std::size_t i = 0; i < read.links().size(); ++i) {
+    ASSERT_EQ(read.links()[i].size(), stored.roadmap.links()[i].size());
+    for (std::size_t k = 0; k < read.links()[i].size(); ++k) {
+      EXPECT_EQ(read.links()[i][k].to, stored.roadmap.links()[i][k].to);
+      EXPECT_FLOAT_EQ(read.links()[i][k].weight, stored.roadmap.links()[i][k].weight);
     }
   }
   CollisionChecker alone(stored.arm, {}, 0.002);
-  EXPECT_EQ(std::ranges::count(alone.free_columns(read.nodes), 0), 0) << "free of itself";
+  EXPECT_EQ(std::ranges::count(alone.free_columns(read.nodes()), 0), 0) << "free of itself";
 }
 
 TEST(RoadmapFile, IsRefusedWhenTheArmChanged) {

@@ -9,7 +9,9 @@
 namespace mimesis::planner {
 namespace {
 
-void link(Linkage& links, int a, int b, double length) {
+constexpr double kWeight = 1e-7;  // weights are stored in single precision
+
+void link(NeighbourLists& links, int a, int b, double length) {
   links[static_cast<std::size_t>(a)].push_back({b, length});
   links[static_cast<std::size_t>(b)].push_back({a, length});
 }
@@ -31,7 +33,7 @@ std::vector<int> hops(const Linkage& links, const std::vector<char>& inhibited, 
 }
 
 TEST(Wave, MultipliesWeightsAlongAChain) {  // v_i = exp(-distance to the goal)
-  Linkage links(4);
+  NeighbourLists links(4);
   link(links, 0, 1, 0.5);
   link(links, 1, 2, 0.25);
   link(links, 2, 3, 1.0);
@@ -39,13 +41,13 @@ TEST(Wave, MultipliesWeightsAlongAChain) {  // v_i = exp(-distance to the goal)
   const std::vector<int> goals{3};
   const Wave wave = expand_wave(links, all_free, {}, 0, goals);
   ASSERT_TRUE(wave.reached);
-  EXPECT_NEAR(wave.v[0], std::exp(-1.75), 1e-15);
+  EXPECT_NEAR(wave.v[0], std::exp(-1.75), kWeight);
   EXPECT_EQ(follow_wave(links, wave, 0), (std::vector<int>{0, 1, 2, 3}));
 }
 
 TEST(Wave, SumsOverTheActiveNeighboursOfTheStepBefore) {
   // Diamond 0 - {1, 2} - 3, and 1 - 2, which become active together and do not interact.
-  Linkage links(4);
+  NeighbourLists links(4);
   link(links, 0, 1, 1.0);
   link(links, 0, 2, 2.0);
   link(links, 1, 3, 0.3);
@@ -54,15 +56,15 @@ TEST(Wave, SumsOverTheActiveNeighboursOfTheStepBefore) {
   const std::vector<char> all_free(4, 0);
   const std::vector<int> goals{3};
   const Wave wave = expand_wave(links, all_free, {}, 0, goals);
-  EXPECT_NEAR(wave.v[1], std::exp(-0.3), 1e-15);
-  EXPECT_NEAR(wave.v[2], std::exp(-0.1), 1e-15);
-  EXPECT_NEAR(wave.v[0], std::exp(-1.3) + std::exp(-2.1), 1e-15);
+  EXPECT_NEAR(wave.v[1], std::exp(-0.3), kWeight);
+  EXPECT_NEAR(wave.v[2], std::exp(-0.1), kWeight);
+  EXPECT_NEAR(wave.v[0], std::exp(-1.3) + std::exp(-2.1), kWeight);
   // Backward search goes to the neighbour that is excited most, 2, though the way by 1 is shorter.
   EXPECT_EQ(follow_wave(links, wave, 0), (std::vector<int>{0, 2, 3}));
 }
 
 TEST(Wave, CheaperNodesAreExcitedMore) {
-  Linkage links(4);
+  NeighbourLists links(4);
   link(links, 0, 1, 1.0);
   link(links, 0, 2, 1.0);
   link(links, 1, 3, 1.0);
@@ -92,7 +94,7 @@ TEST(Wave, TakesAsManyStepsAsBreadthFirstSearchAndAvoidsInhibitedNodes) {
 }
 
 TEST(Wave, DoesNotReachAStartThatIsCutOff) {
-  Linkage links(3);
+  NeighbourLists links(3);
   link(links, 0, 1, 1.0);
   link(links, 1, 2, 1.0);
   const std::vector<char> middle_off{0, 1, 0};
@@ -103,7 +105,7 @@ TEST(Wave, DoesNotReachAStartThatIsCutOff) {
 }
 
 TEST(Wave, EndsAtTheNearestOfSeveralGoals) {
-  Linkage links(4);
+  NeighbourLists links(4);
   link(links, 0, 1, 1.0);
   link(links, 1, 2, 1.0);
   link(links, 0, 3, 1.0);

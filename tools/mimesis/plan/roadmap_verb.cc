@@ -25,14 +25,14 @@ int store_roadmap(const RoadmapOptions& o) {
   const planner::Roadmap roadmap = planner::arm_roadmap(arm, o.settings, o.margin_m);
   save_roadmap(roadmap, arm, o.out);
   std::size_t links = 0;
-  for (const auto& list : roadmap.links) links += list.size();
+  for (std::size_t i = 0; i < roadmap.links().size(); ++i) links += roadmap.links()[i].size();
   if (o.json) {
-    fmt::print("{}\n",
-               nlohmann::ordered_json{
-                   {"file", o.out}, {"nodes", roadmap.nodes.cols()}, {"links", links / 2}}
-                   .dump());
+    fmt::print(
+        "{}\n",
+        nlohmann::ordered_json{{"file", o.out}, {"nodes", roadmap.size()}, {"links", links / 2}}
+            .dump());
   } else {
-    fmt::print("{}: {} nodes, {} links\n", o.out, roadmap.nodes.cols(), links / 2);
+    fmt::print("{}: {} nodes, {} links\n", o.out, roadmap.size(), links / 2);
   }
   return 0;
 }

@@ -31,12 +31,11 @@ class RoadmapDrawing : public ::testing::Test {
 
 TEST_F(RoadmapDrawing, ALinkThroughAPostIsBlockedItsEndsAreNot) {
   // The arm lies level at z = 0.31 and turns about the vertical, through both posts of the bridge.
-  Roadmap roadmap;
-  roadmap.nodes = Eigen::MatrixXd::Zero(7, 3);
+  Eigen::MatrixXd nodes = Eigen::MatrixXd::Zero(7, 3);
   const double right_angle = std::numbers::pi / 2;
-  roadmap.nodes.row(0) << -right_angle, right_angle, right_angle + 0.3;
-  roadmap.nodes.row(1).setConstant(-right_angle);
-  roadmap.links = {{{1, 3.14}}, {{0, 3.14}, {2, 0.3}}, {{1, 0.3}}};
+  nodes.row(0) << -right_angle, right_angle, right_angle + 0.3;
+  nodes.row(1).setConstant(-right_angle);
+  const Roadmap roadmap(nodes, NeighbourLists{{{.to = 1}}, {{.to = 0}, {.to = 2}}, {{.to = 1}}});
   const auto entities = by_id(to_drawing(arm_, table_, roadmap, 0.0, {}, {}));
   EXPECT_EQ(entities.at("usable").spheres_size(), 3);
   EXPECT_EQ(entities.at("blocked").spheres_size(), 0);
@@ -56,10 +55,9 @@ TEST_F(RoadmapDrawing, TheDecisionClosesAPassage) {
   settings.roadmap.nodes = 150;
   settings.reaching_starts = 1;
   const Roadmap roadmap = prepare_roadmap(arm_, table_, settings);
-  const auto nodes = static_cast<int>(roadmap.nodes.cols());
-  const std::size_t ends =
-      std::accumulate(roadmap.links.begin(), roadmap.links.end(), std::size_t{0},
-                      [](std::size_t sum, const auto& links) { return sum + links.size(); });
+  const int nodes = roadmap.size();
+  std::size_t ends = 0;
+  for (std::size_t i = 0; i < roadmap.links().size(); ++i) ends += roadmap.links()[i].size();
   for (const auto decided : {std::optional<Transport>(), {Transport::above}}) {
     const auto entities = by_id(to_drawing(arm_, table_, roadmap, settings.margin_m, decided, {}));
     int drawn_nodes = 0, drawn_ends = 0;
