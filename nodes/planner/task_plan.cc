@@ -523,11 +523,11 @@ tl::expected<TaskPlan, Status> plan_task(const kin::ArmModel& arm, const kin::Ta
                                          const Roadmap& roadmap, const Eigen::VectorXd& start,
                                          const Task& task, const TaskSettings& settings) {
   auto plan = TaskPlanner(arm, table, roadmap, task, settings).plan(start);
-  if (settings.interrupt.told()) return tl::unexpected(settings.interrupt.reason());
-  if (plan || task.preselected.empty()) return plan;
-  Task free = task;  // here what succeeded elsewhere does not
-  free.preselected.clear();
-  plan = TaskPlanner(arm, table, roadmap, free, settings).plan(start);
+  if (!plan && !task.preselected.empty()) {
+    Task free = task;  // here what succeeded elsewhere does not
+    free.preselected.clear();
+    plan = TaskPlanner(arm, table, roadmap, free, settings).plan(start);
+  }
   if (settings.interrupt.told()) return tl::unexpected(settings.interrupt.reason());
   return plan;
 }
