@@ -139,6 +139,7 @@ TaskSettings task_settings(const PlannerParams& p) {
   s.approach_m = p.approach_m;
   s.lift_m = p.lift_m;
   s.precision_depth_m = p.precision_depth_m;
+  s.lean_rad = p.lean_rad;
   s.preference = p.preference;
   s.corner_rad = p.corner_rad;
   s.speed = p.speed;

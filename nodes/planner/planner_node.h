@@ -50,9 +50,10 @@ struct PlannerParams {
   double approach_m = 0.09;         ///< length of the straight motion to and from the object [m]
   double lift_m = 0.05;             ///< height of the straight lift and lowering of the object [m]
   double precision_depth_m = 0.02;  ///< object's top above the grasp centre in a precision grip [m]
-  double preference = 0.5;          ///< cost factor of links where the hand passes as decided [1]
-  double corner_rad = 0.15;         ///< largest rounding of corners [rad]
-  double speed = 0.6;               ///< share of the arm's velocity and acceleration limits [1]
+  double lean_rad = 0.15;    ///< most that the hand leans where it cannot point as it should [rad]
+  double preference = 0.5;   ///< cost factor of links where the hand passes as decided [1]
+  double corner_rad = 0.15;  ///< largest rounding of corners [rad]
+  double speed = 0.6;        ///< share of the arm's velocity and acceleration limits [1]
   /// share of the limits for straight motions to and from contact [1]
   double contact_speed = 0.3;
   double stale_s = 0.1;           ///< older states of arm or hand stop the task [s]
@@ -80,6 +81,7 @@ struct PlannerParams {
     v("approach_m", approach_m, 0.02, 0.3);
     v("lift_m", lift_m, 0.02, 0.3);
     v("precision_depth_m", precision_depth_m, 0.0, 0.2);
+    v("lean_rad", lean_rad, 0.0, 0.5);
     v("preference", preference, 0.1, 1.0);
     v("corner_rad", corner_rad, 0.001, 1.0);
     v("speed", speed, 0.05, 0.95);

@@ -90,8 +90,24 @@ class TaskPlanner {
   const Roadmap& roadmap_;
   const Task& task_;
   const TaskSettings& settings_;
-  std::vector<kin::Ball> held_;  // in E, the same at every hold of one grip
+  Eigen::Vector3d lean_ = Eigen::Vector3d::Zero();  // of the hand at every hold [rad, in E]
+  std::vector<kin::Ball> held_;                     // in E, the same at every hold
 };
+
+/// How the hand may lean: not at all, then half and all of `most_rad` to each side.
+std::vector<Eigen::Vector3d> leans(Grip grip, double most_rad) {
+  std::vector<Eigen::Vector3d> all{Eigen::Vector3d::Zero()};
+  const Eigen::Vector3d other =
+      grip == Grip::precision ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
+  for (const double angle : {0.5 * most_rad, most_rad}) {
+    if (most_rad <= 0.0) break;
+    for (const double side : {angle, -angle}) {
+      all.emplace_back(side * Eigen::Vector3d::UnitX());
+      all.emplace_back(side * other);
+    }
+  }
+  return all;
+}
 
 bool certified(CollisionChecker& checker, const Way& way) {
   for (std::size_t i = 1; i < way.size(); ++i) {
@@ -158,7 +174,7 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
   const kin::IkOptions options{.interrupt = interrupt};
   Way solutions;
   for (const auto& goal :
-       grasp_goals(task_.grip, center, table_.object_height, settings_.precision_depth_m)) {
+       grasp_goals(task_.grip, center, table_.object_height, settings_.precision_depth_m, lean_)) {
     Way some;
     if (near == nullptr) {
       some = kin::solve_ik_anywhere(arm_, goal, settings_.ik_attempts, settings_.roadmap.seed,
@@ -240,19 +256,28 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
     return tl::unexpected(
         Status{"the " + task_.goal + " goal is blocked: the object would touch " + *obstacle});
   }
+  Status failure;
   const auto& known = task_.preselected;
-  auto grasps = holds_at(table_.object, "the object", known.empty() ? nullptr : &known.front());
-  if (!grasps) return tl::unexpected(grasps.error());
-  auto places = holds_at(goal->position, "the " + task_.goal + " goal",
-                         known.empty() ? nullptr : &known.back());
-  if (!places) return tl::unexpected(places.error());
+  tl::expected<std::vector<Hold>, Status> grasps, places;
+  for (const Eigen::Vector3d& lean : leans(task_.grip, settings_.lean_rad)) {
+    if (settings_.interrupt.told()) break;
+    lean_ = lean;
+    held_.clear();
+    grasps = holds_at(table_.object, "the object", known.empty() ? nullptr : &known.front());
+    if (grasps)
+      places = holds_at(goal->position, "the " + task_.goal + " goal",
+                        known.empty() ? nullptr : &known.back());
+    if (grasps && places) break;
+    if (failure.reason.empty()) failure = grasps ? places.error() : grasps.error();
+    if (!known.empty()) break;
+  }
+  if (!grasps || !places) return tl::unexpected(failure);
   std::stable_sort(grasps->begin(), grasps->end(), [&](const Hold& a, const Hold& b) {
     return a.margin_m != b.margin_m
                ? a.margin_m > b.margin_m
                : (a.away.back() - start).norm() < (b.away.back() - start).norm();
   });
 
-  Status failure;
   for (const double margin_m : {wide_margin(), settings_.margin_m}) {
     for (std::size_t i = 0;
          i < std::min(kGraspTries, grasps->size()) && !settings_.interrupt.told(); ++i) {
@@ -283,7 +308,7 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan_between(const Eigen::VectorXd& 
       margin_m > settings_.margin_m &&
       std::ranges::any_of(places, [&](const Hold& place) { return place.margin_m >= margin_m; });
   for (const Hold& place : places) {
-    if (up_in_E(place.q).dot(up_in_E(grasp.q)) < 0.9) continue;
+    if (up_in_E(place.q).dot(up_in_E(grasp.q)) < 0.999) continue;
     if (wide_places && place.margin_m < margin_m) continue;
     above_places.push_back(place.up.back());
     place_of.push_back(&place);
@@ -403,12 +428,14 @@ std::vector<Eigen::VectorXd> reaching_postures(const kin::ArmModel& arm,
 }
 
 std::vector<kin::IkGoal> grasp_goals(Grip grip, const Eigen::Vector3d& center, double height_m,
-                                     double depth_m) {
+                                     double depth_m, const Eigen::Vector3d& lean) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const Eigen::AngleAxisd turn(lean.norm(), lean.stableNormalized());
   if (grip == Grip::precision) {
-    return {{center + (0.5 * height_m - depth_m) * up, {{Eigen::Vector3d::UnitZ(), -up}}}};
+    return {{center + (0.5 * height_m - depth_m) * up, {{turn * Eigen::Vector3d::UnitZ(), -up}}}};
   }
-  return {{center, {{Eigen::Vector3d::UnitY(), up}}}, {center, {{Eigen::Vector3d::UnitY(), -up}}}};
+  const Eigen::Vector3d y = turn * Eigen::Vector3d::UnitY();
+  return {{center, {{y, up}}}, {center, {{y, -up}}}};
 }
 
 kin::IkGoal moved_hand(const kin::ArmModel& arm, const Eigen::VectorXd& q,

@@ -43,8 +43,10 @@ enum class Transport { above, below };  ///< how the object passes the bridge
 /// object's top `depth_m` above E; full: E at the centre, y_E up or down, so that the fingers close
 /// horizontally. The turn about the vertical stays free, as the cylinder looks the same from all
 /// sides.
+/// @param lean  turns the hand against the cylinder, so that it leans [rad, in E]
 std::vector<kin::IkGoal> grasp_goals(Grip grip, const Eigen::Vector3d& center, double height_m,
-                                     double depth_m);
+                                     double depth_m,
+                                     const Eigen::Vector3d& lean = Eigen::Vector3d::Zero());
 
 /// A goal with the hand orientation of posture q, at another place.
 kin::IkGoal moved_hand(const kin::ArmModel& arm, const Eigen::VectorXd& q,
@@ -85,7 +87,9 @@ struct TaskSettings {
   double approach_m = 0.09;  ///< straight way to and from the object [m]
   double lift_m = 0.05;      ///< straight up after the grasp, straight down before the release [m]
   double precision_depth_m =
-      0.02;                  ///< the object's top above the grasp centre in a precision grip [m]
+      0.02;  ///< the object's top above the grasp centre in a precision grip [m]
+  /// the hand may lean so far where it cannot reach, or not straight, as the grip says [rad]
+  double lean_rad = 0.15;
   int ik_attempts = 60;      ///< starts of the inverse kinematics per hand goal [1]
   int reaching_starts = 10;  ///< postures from which reaches to each target sample the roadmap [1]
   int reaching_postures = 15;  ///< samples of each [1]

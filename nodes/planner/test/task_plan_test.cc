@@ -300,6 +300,28 @@ TEST(TaskPlan, PutsTheObjectDownUprightWhateverTheSeed) {
   }
 }
 
+TEST(TaskPlan, LeansTheHandWhereItCannotPointStraightDown) {
+  const Demo& d = demo();
+  kin::Table table = d.table;
+  const Eigen::Vector3d by(-0.035, 0.035, 0.0);
+  table.object += by;
+  for (kin::Box& box : table.boxes) box.center += (box.name == "plinth" ? 1.0 : 0.0) * by;
+  TaskSettings upright = d.settings;
+  upright.lean_rad = 0.0;
+  const auto refused = plan_task(d.arm, table, d.roadmap, d.arm.home, kAboveHigh, upright);
+  ASSERT_FALSE(refused);
+  const auto plan = plan_task(d.arm, table, d.roadmap, d.arm.home, kAboveHigh, d.settings);
+  ASSERT_TRUE(plan) << plan.error().reason << "; upright: " << refused.error().reason;
+  const auto up_in_E = [&](const Eigen::VectorXd& q) -> Eigen::Vector3d {
+    return kin::end_effector(d.arm, q).linear().row(2);
+  };
+  const Eigen::Vector3d held = up_in_E(plan->motions[1].trajectory.position.rightCols<1>());
+  EXPECT_GT(std::acos(-held.z()), 0.05);
+  EXPECT_LT(std::acos(-held.z()), d.settings.lean_rad + 1e-3);
+  const Eigen::Vector3d put = up_in_E(plan->motions.back().trajectory.position.leftCols<1>());
+  EXPECT_GT(put.dot(held), std::cos(1e-3)) << "the object stands as it stood";
+}
+
 TEST(MovedObstacles, AreThoseThatMovedFartherThanTheTolerance) {
   kin::Table planned = demo().table, now = planned;
   EXPECT_TRUE(moved_obstacles(planned, now, 1e-3).balls.empty());
