@@ -36,16 +36,15 @@ endif()
 
 find_program(MIMESIS_CCACHE ccache)
 if(MIMESIS_CCACHE)
-  # ccache needs this to keep objects compiled with precompiled headers.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${MIMESIS_CCACHE})
+  # ccache needs the first to keep objects compiled with precompiled headers; with the second it hashes a header once, not
+  # once for each source.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_INODECACHE=true
+    ${MIMESIS_CCACHE})
 endif()
-# mold 1 (Debian 12's) now and then ends the RELRO segment behind the last mapped page: such a program does not start.
-find_program(MIMESIS_MOLD mold)
-if(MIMESIS_MOLD)
-  execute_process(COMMAND ${MIMESIS_MOLD} --version OUTPUT_VARIABLE mold_version ERROR_QUIET)
-  if(mold_version MATCHES "^mold ([0-9]+)" AND CMAKE_MATCH_1 GREATER_EQUAL 2)
-    add_link_options(-fuse-ld=mold)
-  endif()
+# Not mold: Debian 12's now and then ends the RELRO segment behind the last mapped page, and such a program does not start.
+find_program(MIMESIS_LLD ld.lld)
+if(MIMESIS_LLD)
+  add_link_options(-fuse-ld=lld)
 endif()
 
 # Libraries compile in batches of this number of files: most of the cost of a file is its headers.

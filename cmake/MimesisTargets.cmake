@@ -21,7 +21,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   set(headers
     <Eigen/Dense> <algorithm> <array> <chrono> <cmath> <filesystem> <fstream> <functional> <map> <memory> <mutex> <numeric>
     <optional> <random> <set> <span> <string> <thread> <unordered_map> <variant> <vector>
-    <fmt/format.h> <google/protobuf/descriptor.h> <google/protobuf/generated_message_reflection.h>
+    <google/protobuf/descriptor.h> <google/protobuf/generated_message_reflection.h>
     <google/protobuf/map.h> <google/protobuf/message.h> <google/protobuf/repeated_field.h>)
   foreach(name mimesis_headers mimesis_test_headers mimesis_verb_headers)
     add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/mimesis_headers.cc)
@@ -29,7 +29,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_precompile_headers(${name} PRIVATE ${headers})
   endforeach()
   target_link_libraries(mimesis_test_headers PRIVATE GTest::gtest)
-  target_precompile_headers(mimesis_test_headers PRIVATE <gtest/gtest.h> <nlohmann/json.hpp>)
+  target_precompile_headers(mimesis_test_headers PRIVATE <gtest/gtest.h>)
   target_precompile_headers(mimesis_verb_headers PRIVATE <CLI/CLI.hpp> <nlohmann/json.hpp>)
   foreach(name mimesis_test_headers mimesis_verb_headers)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-Og>)

@@ -1,5 +1,6 @@
 #include "common/runtime/zmq_bus.h"
 
+#include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 #include <poll.h>

@@ -1,5 +1,7 @@
 #include "nodes/cognition/cognition_node.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>

@@ -1,6 +1,6 @@
 #include "nodes/crowd/crowd_messages_node.h"
 
-#include <spdlog/fmt/fmt.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>

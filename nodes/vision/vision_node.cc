@@ -1,5 +1,7 @@
 #include "nodes/vision/vision_node.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <array>
 #include <cstring>

@@ -1,5 +1,7 @@
 #include "nodes/walker/walker_node.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <limits>

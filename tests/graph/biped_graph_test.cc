@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <nlohmann/json.hpp>
+
 #include "proto/bridge.pb.h"
 #include "proto/walker.pb.h"
 #include "tests/graph/scenario.h"

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <nlohmann/json.hpp>
+
 #include "proto/crowd.pb.h"
 #include "proto/runtime.pb.h"
 #include "proto/walker.pb.h"

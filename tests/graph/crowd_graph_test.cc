@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "proto/crowd.pb.h"
 #include "proto/runtime.pb.h"

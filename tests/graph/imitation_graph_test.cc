@@ -2,6 +2,8 @@
 // demonstration.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "proto/planner.pb.h"
 #include "tests/graph/scenario.h"
 

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "common/model/files.h"
 #include "hw/sim/world/collisions.h"

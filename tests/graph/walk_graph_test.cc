@@ -1,6 +1,8 @@
 // launch/walk.yaml: the figure with the model of the repository gets where it is sent.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "proto/motion.pb.h"
 #include "tests/graph/scenario.h"
 

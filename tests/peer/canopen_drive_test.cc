@@ -3,6 +3,7 @@
 // the peer, cycles of 5 ms the master. MIMESIS_TRANSCRIPT=FILE keeps all frames in candump's
 // format.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>

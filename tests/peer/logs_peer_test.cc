@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"

@@ -1,4 +1,6 @@
 // Our files in the format's reference reader (npm @mcap/core), and its files in ours.
+#include <nlohmann/json.hpp>
+
 #include "common/log/writer.h"
 #include "tests/peer/foreign.h"
 

@@ -1,5 +1,6 @@
 // `mimesis view` with Foxglove's own client (npm @foxglove/ws-protocol), and its page in a browser
 // (npm playwright-core and axe-core).
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "common/testing/process.h"

@@ -1,6 +1,7 @@
 #include "common/log/test/conformance_json.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
 

@@ -1,6 +1,7 @@
 // Activity of imported files against a scheme of its own, written from what dnf-composer does:
 // elements act one after the other, cells count from 1, kernels end at 5 σ; and against figures
 // that it publishes (tests/validation/data/1d/expected).
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

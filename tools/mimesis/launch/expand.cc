@@ -1,5 +1,7 @@
 #include "tools/mimesis/launch/expand.h"
 
+#include <fmt/format.h>
+
 #include <set>
 #include <sstream>
 

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"

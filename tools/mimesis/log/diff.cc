@@ -9,6 +9,7 @@
 #include <deque>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "common/error.h"
 #include "common/runtime/own_topics.h"

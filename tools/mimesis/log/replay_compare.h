@@ -1,4 +1,6 @@
 #pragma once
+#include <fmt/format.h>
+
 #include "tools/mimesis/log/message_diff.h"
 #include "tools/mimesis/log/replay_log.h"
 

@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 namespace mimesis::view {
 namespace {

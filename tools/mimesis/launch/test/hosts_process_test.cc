@@ -1,4 +1,6 @@
 // Graphs on several hosts as a user has them.
+#include <nlohmann/json.hpp>
+
 #include "tools/mimesis/launch/test/hosts_fixture.h"
 
 namespace mimesis::launch {

@@ -1,4 +1,6 @@
 // What takes long on several hosts: attacks, losses, robots. Run by hosts_slow_test.
+#include <nlohmann/json.hpp>
+
 #include "tools/mimesis/launch/test/hosts_fixture.h"
 
 namespace mimesis::launch {

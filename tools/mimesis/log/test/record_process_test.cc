@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "tools/mimesis/log/test/record_fixture.h"
