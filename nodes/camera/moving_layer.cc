@@ -70,7 +70,7 @@ void hand_capsules(const TeacherPose& pose, Grip grip, const Looks& looks,
   out.clear();
   const Vector3d x = pose.fingers.normalized();
   const Vector3d n = pose.palm_normal.normalized();
-  const Vector3d s = n.cross(x);  // towards the thumb of a left hand
+  const Vector3d s = (looks.right_hand ? -1.0 : 1.0) * n.cross(x);  // towards the thumb
   const auto point = [&](double along, double side, double normal) -> Vector3d {
     return pose.wrist + pose.scale * along * x + pose.scale * side * s + pose.scale * normal * n;
   };

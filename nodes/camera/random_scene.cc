@@ -161,6 +161,7 @@ RandomScene random_scene(const Picture& usual, std::uint64_t seed) {
   picture.script.hand_scale = draw.between(0.93, 1.07);
   picture.script.tilt_rad = draw.between(-0.26, 0.26);
   draw_surroundings(draw, picture);
+  picture.looks.right_hand = draw.between(0.0, 1.0) < 0.5;
   return {picture, random_cameras(usual.view, seed)};
 }
 

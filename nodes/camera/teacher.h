@@ -39,7 +39,8 @@ using Bgr = Eigen::Vector3f;
 /// Skin and clothes of the teacher.
 struct Looks {
   Bgr skin{116.0f, 152.0f, 220.0f}, cloth{66.0f, 62.0f, 60.0f};
-  double bare = 0.55;  ///< share of the forearm, from the wrist on, that no sleeve covers [1]
+  double bare = 0.55;       ///< share of the forearm, from the wrist on, that no sleeve covers [1]
+  bool right_hand = false;  ///< the teacher acts with the right hand
 };
 
 /// Colours of the things on the table.

@@ -209,8 +209,30 @@ TEST(Looks, TheSleeveEndsWhereTheForearmIsBare) {
   }
 }
 
+TEST(Looks, ARightHandIsTheMirrorImage) {
+  const TeacherPose pose = TeacherMotion({}, {}).pose(2.0);
+  const Eigen::Vector3d side = pose.palm_normal.cross(pose.fingers).normalized();
+  Looks right;
+  right.right_hand = true;
+  std::vector<Capsule> of_left, of_right;
+  hand_capsules(pose, Grip::full, {}, of_left);
+  hand_capsules(pose, Grip::full, right, of_right);
+  ASSERT_EQ(of_left.size(), of_right.size());
+  constexpr std::size_t kArm = 3;  // the same of both
+  double thumb = 0.0;
+  for (std::size_t i = kArm; i < of_left.size(); ++i) {
+    const auto mirrored = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+      return p - 2.0 * (p - pose.wrist).dot(side) * side;
+    };
+    EXPECT_LT((of_right[i].a - mirrored(of_left[i].a)).norm(), 1e-12) << i;
+    EXPECT_LT((of_right[i].b - mirrored(of_left[i].b)).norm(), 1e-12) << i;
+    thumb = std::max(thumb, (of_left[i].b - pose.wrist).dot(side));
+  }
+  EXPECT_GT(thumb, 0.05);  // of a left one it points to n x fingers
+}
+
 TEST(RandomScene, DrawsTableLightTeacherAndWhatIsInTheWayFromItsSeed) {
-  int passers = 0, like_skin = 0;
+  int passers = 0, like_skin = 0, right_hands = 0;
   double least_bare = 1.0, most_bare = 0.0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Picture a = random_scene({}, seed).picture, b = random_scene({}, seed).picture;
@@ -220,12 +242,15 @@ TEST(RandomScene, DrawsTableLightTeacherAndWhatIsInTheWayFromItsSeed) {
     passers += a.passer.begin_s >= 0.0 ? 1 : 0;
     like_skin += a.skin_clutter;
     EXPECT_LE(a.skin_clutter, a.clutter);
+    right_hands += a.looks.right_hand ? 1 : 0;
     least_bare = std::min(least_bare, a.looks.bare);
     most_bare = std::max(most_bare, a.looks.bare);
   }
   EXPECT_GT(passers, 15);
   EXPECT_LT(passers, 40);
   EXPECT_GT(like_skin, 20);
+  EXPECT_GT(right_hands, 10);
+  EXPECT_LT(right_hands, 30);
   EXPECT_LT(least_bare, 0.15);
   EXPECT_GT(most_bare, 0.75);
 }
