@@ -11,6 +11,7 @@
 #include "nodes/vision/hand/testing/drawn_hand.h"
 #include "nodes/vision/label_kernels.h"
 #include "nodes/vision/table_watcher.h"
+#include "nodes/vision/testing/yuyv_of.h"
 
 namespace mimesis::vision {
 namespace {
@@ -37,23 +38,6 @@ image::Image scene() {
     byte = static_cast<std::uint8_t>(std::clamp(byte + noise(random), 0.0, 255.0));
   }
   return image;
-}
-
-/// The same picture as a camera gives it, Y0 U Y1 V.
-YuyvImage yuyv_of(const image::Image& image) {
-  YuyvImage out{image.width, image.height, {}};
-  for (std::size_t i = 0; i < image.bgr.size(); i += 6) {
-    const std::uint8_t* p = image.bgr.data() + i;
-    const auto luma = [](const std::uint8_t* c) {
-      return 16.0 + 0.0979 * c[0] + 0.5041 * c[1] + 0.2568 * c[2];
-    };
-    const double b = 0.5 * (p[0] + p[3]), g = 0.5 * (p[1] + p[4]), r = 0.5 * (p[2] + p[5]);
-    for (const double value : {luma(p), 128.0 + 0.4392 * b - 0.2910 * g - 0.1482 * r, luma(p + 3),
-                               128.0 - 0.0714 * b - 0.3678 * g + 0.4392 * r}) {
-      out.bytes.push_back(static_cast<std::uint8_t>(std::lround(value)));
-    }
-  }
-  return out;
 }
 
 struct Segmenter {
