@@ -164,7 +164,7 @@ HandCourse track_hand(const HandTrial& trial, const std::filesystem::path& film_
     }
   }
   strip.write();
-  course.length_ratio = tracker.estimate().length_m / stage.world.anatomy().length_m;
+  course.length_ratio = tracker.length_m() / stage.world.anatomy().length_m;
   return course;
 }
 

@@ -156,7 +156,7 @@ void TableWatcher::follow_hand() {
   if (!hand_) return;
   if (!recognizer_.needs_hand()) return hand_->forget();
   if (!right_new_) return;
-  hand_->follow(sight_.palm, recognizer_.grip().value == Grip::unknown);
+  hand_->follow(sight_.palm);
   if (!hand_->sight()) return;
   sight_.wrist = hand_->sight()->wrist.head<2>();
   sight_.palm_angle_rad = hand_->sight()->palm_angle_rad;

@@ -70,10 +70,10 @@ void TeacherHand::see(std::size_t camera, const image::Image& picture,
   tracker_.see(camera, picture, hidden_);
 }
 
-void TeacherHand::follow(const std::optional<Vector2d>& blob, bool may_begin) {
+void TeacherHand::follow(const std::optional<Vector2d>& blob) {
   sight_.reset();
   if (!following_) {
-    if (!may_begin || !blob || !whole(*blob)) return;
+    if (!blob || !whole(*blob)) return;
     begin(*blob);
   }
   const bool found = tracker_.step().found;
@@ -83,7 +83,7 @@ void TeacherHand::follow(const std::optional<Vector2d>& blob, bool may_begin) {
   if (astray_ >= kAstray) following_ = false;
   if (astray_ > 0) return;
   const Eigen::Matrix3d R = tracker_.R_TH();
-  sight_ = {.wrist = palm - kWristBehind * tracker_.estimate().length_m * R.col(0),
+  sight_ = {.wrist = tracker_.wrist_T(),
             .palm = palm,
             .palm_angle_rad = std::acos(std::clamp(-R(1, 2), -1.0, 1.0))};
 }

@@ -36,10 +36,9 @@ class TeacherHand {
   /// Takes a camera's newest picture.
   /// @param labels  classes of its pixels: object and bridge may hide the hand
   void see(std::size_t camera, const image::Image& picture, std::span<const std::uint8_t> labels);
-  /// Fits the hand to what was seen of all cameras.
-  /// @param blob       centre of the hand's blob in the plane of motion [m], if there is one
-  /// @param may_begin  a hand that is not followed is sought
-  void follow(const std::optional<Eigen::Vector2d>& blob, bool may_begin);
+  /// Fits the hand to what was seen of all cameras; one that is not followed is sought.
+  /// @param blob  centre of the hand's blob in the plane of motion [m], if there is one
+  void follow(const std::optional<Eigen::Vector2d>& blob);
   /// The next demonstration begins with a new search.
   void forget() { following_ = false, sight_.reset(); }
   const std::optional<HandSight>& sight() const { return sight_; }

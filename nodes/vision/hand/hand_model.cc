@@ -18,14 +18,15 @@ struct Digit {
   double splay;   // direction at rest [rad] (ours)
 };
 constexpr std::array<Digit, 4> kFingers{{{0.463, 0.245, 0.143, 0.097, 0.152, 0.055, deg(5)},
-                                         {0.446, 0.266, 0.170, 0.108, 0.048, 0.056, deg(1)},
+                                         {kPalm, 0.266, 0.170, 0.108, 0.048, 0.056, deg(1)},
                                          {0.421, 0.244, 0.165, 0.107, -0.054, 0.053, deg(-4)},
                                          {0.414, 0.204, 0.117, 0.093, -0.150, 0.046, deg(-9)}}};
 constexpr double kThumbMetacarpal = 0.251, kThumbProximal = 0.196, kThumbDistal = 0.158;
-constexpr double kWrist = -kWristBehind;  // the wrist on the x axis of H
+constexpr double kStretched = kFingers[1].metacarpal + kFingers[1].proximal + kFingers[1].middle +
+                              kFingers[1].distal;  // the middle finger's
 
 // Unpublished: places and thicknesses, over the length of the hand [1].
-const Vector3d kThumbRoot(kWrist + 0.05, 0.11, 0.03);
+const Vector3d kThumbRoot(0.05, 0.11, 0.03);  // from the wrist
 constexpr double kThumbRadius = 0.075, kThumbKnuckle = 0.062, kThumbTip = 0.044;
 constexpr double kPalmRadius = 0.066, kHeelRadius = 0.076;
 // Wrist and forearm of adults are some 6 and 8.7 cm broad, at a hand of 185 mm.
@@ -60,8 +61,18 @@ std::array<Vector3d, 4> bent(const Vector3d& root, const Vector3d& along, const 
 
 using Digits = std::array<std::array<Vector3d, 4>, 5>;
 
+/// Ratios of a shape to the published one [1].
+struct Ratios {
+  explicit Ratios(const HandShape& s)
+      : palm(std::exp(s.palm)),
+        finger((kStretched - kPalm * palm) / (kStretched - kPalm)),
+        breadth(std::exp(s.breadth)) {}
+  double palm, finger, breadth;
+  double wrist() const { return -0.5 * kPalm * palm; }  // on the x axis of H
+};
+
 /// Joints in frame H over the length of the hand; thumb first.
-Digits joints(const HandPose& pose, double side) {
+Digits joints(const HandPose& pose, const Ratios& ratio, double side) {
   Digits out;
   const auto& q = pose.joint_rad;
   // The thumb's metacarpal points forward and to the side at rest; bending goes half towards the
@@ -73,17 +84,20 @@ Digits joints(const HandPose& pose, double side) {
   const Vector3d palmar(-std::sin(up) * std::cos(azimuth), -side * std::sin(up) * std::sin(azimuth),
                         std::cos(up));
   const Vector3d towards = std::sqrt(0.5) * (across + palmar);
-  const Vector3d root(kThumbRoot.x(), side * kThumbRoot.y(), kThumbRoot.z());
+  const Vector3d root(ratio.wrist() + kThumbRoot.x(), side * ratio.breadth * kThumbRoot.y(),
+                      ratio.breadth * kThumbRoot.z());
   out[0] = bent(root, along, towards, {kThumbMetacarpal, kThumbProximal, kThumbDistal},
                 {0.0, q[2], q[3]});
   for (std::size_t i = 0; i < 4; ++i) {
     const Digit& f = kFingers[i];
     const double* angle = q.data() + 4 * (i + 1);
     const double spread = f.splay + angle[0];
-    const Vector3d knuckle(kWrist + std::sqrt(f.metacarpal * f.metacarpal - f.side * f.side),
-                           side * f.side, 0.0);
+    const double metacarpal = ratio.palm * f.metacarpal, beside = ratio.breadth * f.side;
+    const Vector3d knuckle(ratio.wrist() + std::sqrt(metacarpal * metacarpal - beside * beside),
+                           side * beside, 0.0);
     out[i + 1] = bent(knuckle, {std::cos(spread), side * std::sin(spread), 0.0}, Vector3d::UnitZ(),
-                      {f.proximal, f.middle, f.distal}, {angle[1], angle[2], angle[3]});
+                      {ratio.finger * f.proximal, ratio.finger * f.middle, ratio.finger * f.distal},
+                      {angle[1], angle[2], angle[3]});
   }
   return out;
 }
@@ -93,17 +107,22 @@ Digits joints(const HandPose& pose, double side) {
 const std::array<JointRange, kHandJoints>& hand_joint_ranges() { return kRanges; }
 
 void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
-  const Digits digits = joints(pose, side_);
-  const Eigen::Matrix3f R = (length_m_ * pose.R_CH).cast<float>();
+  const Ratios ratio(pose.shape);
+  const Digits digits = joints(pose, ratio, side_);
+  const double length_m = this->length_m(pose);
+  const Eigen::Matrix3f R = (length_m * pose.R_CH).cast<float>();
   const Eigen::Vector3f t = pose.p_CH.cast<float>();
-  const auto scale = static_cast<float>(length_m_);
+  auto scale = static_cast<float>(length_m * ratio.breadth);
   std::size_t n = 0;
   const auto add = [&](const Vector3d& a, const Vector3d& b, double radius_a, double radius_b) {
     out[n++] = {R * a.cast<float>() + t, R * b.cast<float>() + t,
                 scale * static_cast<float>(radius_a), scale * static_cast<float>(radius_b)};
   };
   for (std::size_t i = 0; i < 4; ++i) {
-    const Vector3d heel(kWrist + 0.02, 0.55 * side_ * kFingers[i].side, 0.0);
+    // the little finger's side of a palm is nearly straight
+    const bool outer = i == 3;
+    const Vector3d heel(ratio.wrist() + (outer ? 0.05 : 0.02),
+                        (outer ? 0.72 : 0.55) * side_ * ratio.breadth * kFingers[i].side, 0.0);
     add(heel, digits[i + 1][0], kHeelRadius, kPalmRadius);
   }
   for (std::size_t i = 0; i < 4; ++i) {
@@ -112,16 +131,18 @@ void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
     add(p[0], p[1], r, 0.90 * r);
     add(p[1], p[2], 0.90 * r, 0.81 * r);
     // the tip is round: its ball ends where the bone does
-    add(p[2], p[3] - 0.7 * 0.74 * r * (p[3] - p[2]).normalized(), 0.81 * r, 0.74 * r);
+    const double before = 0.7 * 0.74 * r * ratio.breadth;
+    add(p[2], p[3] - before * (p[3] - p[2]).normalized(), 0.81 * r, 0.74 * r);
   }
   const auto& thumb = digits[0];
   add(thumb[0], thumb[1], kThumbRadius, kThumbKnuckle);
   add(thumb[1], thumb[2], kThumbKnuckle, 0.9 * kThumbKnuckle);
-  add(thumb[2], thumb[3] - 0.7 * kThumbTip * (thumb[3] - thumb[2]).normalized(),
+  add(thumb[2], thumb[3] - 0.7 * kThumbTip * ratio.breadth * (thumb[3] - thumb[2]).normalized(),
       0.9 * kThumbKnuckle, kThumbTip);
   add(0.5 * (thumb[0] + thumb[1]), 0.75 * digits[1][0] + 0.25 * thumb[0], 0.06, 0.055);  // web
   const double flexion = pose.wrist_rad[0], deviation = pose.wrist_rad[1];
-  const Vector3d wrist(kWrist, 0.0, 0.0);
+  scale = static_cast<float>(length_m);  // the forearm has a shape of its own
+  const Vector3d wrist(ratio.wrist(), 0.0, 0.0);
   const Vector3d back(-std::cos(flexion) * std::cos(deviation), -std::sin(deviation) * side_,
                       std::sin(flexion) * std::cos(deviation));
   const double bare = std::exp(pose.arm[2]), at_wrist = kWristRadius * std::exp(pose.arm[0]),
@@ -134,12 +155,16 @@ void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
 }
 
 std::array<Vector3d, 5> HandModel::tips(const HandPose& pose) const {
-  const Digits digits = joints(pose, side_);
+  const Digits digits = joints(pose, Ratios(pose.shape), side_);
   std::array<Vector3d, 5> out;
   for (std::size_t i = 0; i < 5; ++i) {
-    out[i] = pose.p_CH + length_m_ * (pose.R_CH * digits[i][3]);
+    out[i] = pose.p_CH + length_m(pose) * (pose.R_CH * digits[i][3]);
   }
   return out;
+}
+
+Vector3d HandModel::wrist(const HandPose& pose) const {
+  return pose.p_CH + length_m(pose) * Ratios(pose.shape).wrist() * pose.R_CH.col(0);
 }
 
 }  // namespace mimesis::vision

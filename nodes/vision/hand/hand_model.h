@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 namespace mimesis::vision {
@@ -8,14 +9,23 @@ namespace mimesis::vision {
 inline constexpr std::size_t kHandJoints = 20;
 inline constexpr std::size_t kHandCapsules = 22, kForearmCapsules = 2;  ///< the forearm's are last
 
-/// The wrist lies this far behind the origin of frame H, in lengths of the hand.
-inline constexpr double kWristBehind = 0.5 * 0.446;
+/// Palm of a hand: from the wrist to the middle knuckle, in lengths of the hand.
+inline constexpr double kPalm = 0.446;
 /// Logarithm of the longest bare forearm, in lengths of the hand: it leaves the picture.
 inline constexpr double kLongestArm = 1.1;
 
-/// State of a hand: 26 degrees of freedom, the wrist's two and the forearm's shape, by which it is
-/// known from the hand. Frame H of the hand: origin halfway between wrist and middle knuckle, x
-/// towards this knuckle, z out of the palm; y = z × x points to the thumb of a left hand.
+/// How a person's hand differs from the published one: logarithms of ratios. At most kMostShape.
+struct HandShape {
+  double palm = 0.0;     ///< of the palm's length; the fingers are what is left of the hand's
+  double breadth = 0.0;  ///< of the palm's breadth and the thickness of all parts
+  double length = 0.0;   ///< of the hand's length over that of the model
+};
+inline constexpr HandShape kMostShape{0.20, 0.20, 0.12};
+
+/// State of a hand: 26 degrees of freedom, the wrist's two, the person's shape and that of the
+/// forearm, by which it is known from the hand. Frame H of the hand: origin halfway between wrist
+/// and middle knuckle, x towards this knuckle, z out of the palm; y = z × x points to the thumb of
+/// a left hand.
 struct HandPose {
   Eigen::Vector3d p_CH = Eigen::Vector3d::Zero();      ///< in the frame of the first camera [m]
   Eigen::Matrix3d R_CH = Eigen::Matrix3d::Identity();  ///< orientation in that frame
@@ -23,6 +33,7 @@ struct HandPose {
   /// (+ towards the thumb), MCP, PIP, DIP. Flexion is positive.
   std::array<double, kHandJoints> joint_rad{};
   std::array<double, 2> wrist_rad{};  ///< flexion, deviation of the forearm
+  HandShape shape;
   /// Logarithms of the forearm's breadth at wrist and elbow over the usual ones, and of the bare
   /// length over that of the hand: where the sleeve begins.
   std::array<double, 3> arm{0.0, 0.0, kLongestArm};
@@ -43,14 +54,17 @@ struct Capsule {
 };
 using HandCapsules = std::array<Capsule, kHandCapsules>;
 
-/// Kinematics of a hand of given length (wrist crease to tip of the middle finger). Bones are
-/// shares of it after Buchholz, Armstrong & Goldstein, Ergonomics 35(3):261-273, 1992.
+/// Kinematics of a hand of given length (wrist crease to tip of the middle finger). But for the
+/// pose's shape bones are shares of it after Buchholz, Armstrong & Goldstein, Ergonomics
+/// 35(3):261-273, 1992.
 class HandModel {
  public:
   HandModel(bool left, double length_m) : side_(left ? 1.0 : -1.0), length_m_(length_m) {}
 
   double length_m() const { return length_m_; }
-  void set_length_m(double length_m) { length_m_ = length_m; }
+  double length_m(const HandPose& pose) const { return length_m_ * std::exp(pose.shape.length); }
+  /// Wrist in the frame of the first camera [m].
+  Eigen::Vector3d wrist(const HandPose& pose) const;
   /// Does not allocate.
   void capsules(const HandPose& pose, HandCapsules& out) const;
   /// Tips of thumb, index, middle, ring and little finger in the frame of the first camera [m].

@@ -17,15 +17,15 @@ using Eigen::Vector4d;
 
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
-// Coordinates of the search: translation, rotation, joints, wrist, forearm, logarithm of the
-// length.
+// Coordinates of the search: translation, rotation, joints, wrist, forearm; palm, breadth and
+// length of HandShape.
 constexpr std::size_t kAtJoints = 6, kAtWrist = kAtJoints + kHandJoints, kAtArm = kAtWrist + 2,
-                      kAtLength = kAtArm + 3;
-constexpr int kMono = static_cast<int>(kAtLength), kStereo = kMono + 1;
+                      kAtShape = kAtArm + 3;
+constexpr int kMono = static_cast<int>(kAtShape) + 2, kStereo = kMono + 1;
 
 /// Steps that matter about equally: the motion of a quick hand between two pictures.
 struct Steps {
-  std::array<double, kAtLength + 1> size{};
+  std::array<double, kAtShape> size{};
   Steps() {
     size[0] = size[1] = 0.005;
     size[2] = 0.008;
@@ -37,7 +37,6 @@ struct Steps {
     size[kAtWrist] = size[kAtWrist + 1] = radians(5);
     size[kAtArm] = size[kAtArm + 1] = 0.03;
     size[kAtArm + 2] = 0.1;
-    size[kAtLength] = 0.005;
   }
 };
 const Steps kSteps;
@@ -47,10 +46,20 @@ constexpr double kJump = 0.1;                           // gain of cost that mak
 constexpr double kFineSigma = 0.5, kCoarseSigma = 2.0;  // of the first generation, in steps
 constexpr double kForget = 0.05;  // share of the covariance that is forgotten between pictures
 constexpr double kGuess_m = 0.03, kGuess_rad = 0.38;  // standard deviation of a guess
-constexpr double kLengthRate = 0.3;                   // share of the length's step that is believed
-constexpr int kCoarse = 16;                           // population of the coarse search
-constexpr double kShortestArm = -3.0;                 // logarithm, over the length of the hand
-constexpr int kPatience = 2;  // pictures without the hand before it is sought elsewhere
+// Standard deviations of people's shapes about the published one: quotations of the palm differ by
+// a fifth, and lengths are measured with a ruler. One camera is led astray by a palm that is freer.
+constexpr std::array<double, 3> kShapeSdMono{0.06, 0.06, 0.03}, kShapeSdStereo{0.15, 0.08, 0.03};
+// What one picture says of a shape, and what is never believed to be known better: later pictures
+// resemble each other.
+constexpr double kShapeOfPicture = 0.06, kLeastShapeSd = 0.005;
+// A shape is learned of a hand that is followed well, in small steps: one that fits a wrong pose
+// would keep that pose.
+constexpr double kWell = 0.85, kMostShapeStep = 0.03;
+constexpr int kSettled = 5;  // pictures in a row that are followed well
+constexpr int kPolish = 4;   // searches of the first picture, each with what the last one taught
+constexpr int kCoarse = 16;  // population of the coarse search
+constexpr double kShortestArm = -3.0;  // logarithm, over the length of the hand
+constexpr int kPatience = 2;           // pictures without the hand before it is sought elsewhere
 
 /// Postures that a digit may have jumped to, since the search does not find the way there when the
 /// digit hides behind others: as shares of each joint's range.
@@ -75,6 +84,7 @@ HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::C
       eye_T_(cameras.empty() ? Vector3d::Zero() : cameras[0].eye()),
       R_TC_(cameras.empty() ? Matrix3d::Identity() : Matrix3d(cameras[0].R_CT().transpose())),
       dimensions_(cameras.size() == 2 ? kStereo : kMono),
+      people_sd_(cameras.size() == 2 ? kShapeSdStereo : kShapeSdMono),
       fine_(dimensions_, setup.population, setup.seed),
       coarse_(dimensions_, kCoarse, setup.seed + 1),
       random_(setup.seed + 2) {
@@ -104,7 +114,6 @@ HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::C
   costs_.resize(static_cast<std::size_t>(std::max(setup.population, kCoarse)));
   zero_.resize(static_cast<std::size_t>(dimensions_));
   best_.resize(zero_.size());
-  estimate_.length_m = setup.length_m;
 }
 
 HandPose HandTracker::from_T(const Vector3d& p_TH, const Matrix3d& R_TH) const {
@@ -123,6 +132,8 @@ void HandTracker::start(std::span<const HandPose> guesses) {
   lost_ = 0;
   usual_score_ = 0.0;
   depth_m_ = guesses[0].p_CH.z();
+  settled_ = shaped_ = 0;
+  shape_step_.fill(0.0);
   for (Eye& eye : eyes_) {
     eye.shading = {};
     eye.normals.setZero();
@@ -148,14 +159,17 @@ HandPose HandTracker::moved(const HandPose& from, std::span<const double> x) con
   }
   for (std::size_t j = 0; j < 3; ++j) to.arm[j] += s[kAtArm + j] * x[kAtArm + j];
   to.arm[2] = std::clamp(to.arm[2], kShortestArm, kLongestArm);
+  const auto shaped = [&](std::size_t k, double value, double most) {
+    return std::clamp(value + shape_step_[k] * x[kAtShape + k], -most, most);
+  };
+  to.shape.palm = shaped(0, from.shape.palm, kMostShape.palm);
+  to.shape.breadth = shaped(1, from.shape.breadth, kMostShape.breadth);
+  if (dimensions_ == kStereo) to.shape.length = shaped(2, from.shape.length, kMostShape.length);
   return to;
 }
 
 double HandTracker::cost(const HandPose& from, std::span<const double> x) {
   const HandPose pose = moved(from, x);
-  if (dimensions_ == kStereo) {
-    model_.set_length_m(estimate_.length_m * std::exp(kSteps.size[kAtLength] * x[kAtLength]));
-  }
   model_.capsules(pose, capsules_);
   double evidence = 0.0;
   for (Eye& eye : eyes_) {
@@ -168,8 +182,14 @@ double HandTracker::cost(const HandPose& from, std::span<const double> x) {
     motion =
         (pose.p_CH - anchor_.p_CH).squaredNorm() / square(kGuess_m) + turn2 / square(kGuess_rad);
   } else {
-    for (const double step : x) motion += setup_.motion_weight * square(step);
+    for (const double step : x.first(kAtShape)) motion += setup_.motion_weight * square(step);
   }
+  double shape = 0.0;
+  for (const double step : x.subspan(kAtShape)) shape += square(step);
+  const HandShape& person = pose.shape;
+  shape += setup_.shape_weight *
+           (square(person.palm / people_sd_[0]) + square(person.breadth / people_sd_[1]) +
+            square(person.length / people_sd_[2]));
   for (std::size_t j = 0; j < kHandJoints; ++j) {
     const double wished = from.joint_rad[j] + kSteps.size[kAtJoints + j] * x[kAtJoints + j];
     beyond += square((wished - pose.joint_rad[j]) / radians(4));
@@ -188,7 +208,8 @@ double HandTracker::cost(const HandPose& from, std::span<const double> x) {
   }
   habit += square(pose.wrist_rad[0] / radians(40)) + square(pose.wrist_rad[1] / radians(25));
   habit += square(pose.arm[0] / 0.1) + square(pose.arm[1] / 0.15);
-  return -setup_.evidence_weight * evidence + 0.5 * (motion + beyond + setup_.habit_weight * habit);
+  return -setup_.evidence_weight * evidence +
+         0.5 * (motion + beyond + shape + setup_.habit_weight * habit);
 }
 
 void HandTracker::try_postures(HandPose& pose) {
@@ -245,7 +266,6 @@ double HandTracker::search(HandPose& around, CmaEs& cma, int generations, double
 }
 
 double HandTracker::mean_ratio(const HandPose& pose) {
-  model_.set_length_m(estimate_.length_m);
   model_.capsules(pose, capsules_);
   double sum = 0.0, area = 0.0;
   for (Eye& eye : eyes_) {
@@ -379,8 +399,19 @@ void HandTracker::judge() {
   }
 }
 
+/// How far the shape may change with the next picture.
+void HandTracker::allow_shape() {
+  settled_ = estimate_.found && estimate_.likeness > kWell ? settled_ + 1 : 0;
+  if (settled_ < kSettled) return shape_step_.fill(0.0);
+  ++shaped_;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double pictures = shaped_ / square(kShapeOfPicture);
+    const double sd = 1.0 / std::sqrt(1.0 / square(people_sd_[k]) + pictures);
+    shape_step_[k] = std::clamp(sd, kLeastShapeSd, kMostShapeStep);
+  }
+}
+
 void HandTracker::learn(double rate) {
-  model_.set_length_m(estimate_.length_m);
   model_.capsules(estimate_.pose, capsules_);
   for (Eye& eye : eyes_) {
     eye.raster.match(capsules_, eye.camera, eye.evidence, eye.shading);
@@ -408,18 +439,20 @@ const HandEstimate& HandTracker::step() {
       const Eigen::Vector3f p = eye.camera.R * estimate_.pose.p_CH.cast<float>() + eye.camera.t;
       const float scale = eye.camera.scale(p);
       eye.density.begin(eye.camera.cu + scale * p.x(), eye.camera.cv + scale * p.y(),
-                        0.7f * static_cast<float>(estimate_.length_m) * scale);
+                        0.7f * static_cast<float>(length_m()) * scale);
     }
   }
   judge();
   if (!begun_) {
     relocate();
     learn(1.0);
-    judge();
-    seeking_ = true;
-    search(estimate_.pose, fine_, 2 * setup_.generations, 1.0, false);
-    seeking_ = false;
-    learn(1.0);
+    for (int k = 0; k < kPolish; ++k) {
+      judge();
+      seeking_ = true;
+      search(estimate_.pose, fine_, 2 * setup_.generations, 1.0, false);
+      seeking_ = false;
+      learn(1.0);
+    }
     usual_score_ = estimate_.score = mean_ratio(estimate_.pose);
     last_ = estimate_.pose;
     begun_ = true;
@@ -435,11 +468,9 @@ const HandEstimate& HandTracker::step() {
                                   math::log_so3(Matrix3d(last_.R_CH.transpose() * pose.R_CH)));
   }
   const HandPose before = estimate_.pose;
-  double length_step = 0.0;
   if (lost_ <= kPatience) {
     try_postures(pose);
     search(pose, fine_, setup_.generations, kFineSigma, true);
-    if (dimensions_ == kStereo) length_step = kSteps.size[kAtLength] * best_[kAtLength];
   } else {
     relocate();
     pose = estimate_.pose;
@@ -447,6 +478,7 @@ const HandEstimate& HandTracker::step() {
   estimate_.score = mean_ratio(pose);
   estimate_.likeness = estimate_.score / std::max(usual_score_, 0.1);
   estimate_.found = estimate_.likeness > kLostBelow;
+  allow_shape();
   if (!estimate_.found) {
     estimate_.pose = before;
     moving_ = false;
@@ -457,7 +489,6 @@ const HandEstimate& HandTracker::step() {
   last_ = before;
   moving_ = lost_ == 0;
   lost_ = 0;
-  estimate_.length_m *= std::exp(kLengthRate * length_step);
   usual_score_ += setup_.learning_rate * (estimate_.score - usual_score_);
   learn(setup_.learning_rate);
   return estimate_;

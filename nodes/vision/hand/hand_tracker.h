@@ -22,6 +22,7 @@ struct HandTrackerSetup {
   double motion_weight = 0.3;      ///< of leaving the prediction [1]
   double habit_weight = 1.0;       ///< of unusual joint angles [1]
   double momentum = 0.5;           ///< share of the last motion that is predicted to go on [1]
+  double shape_weight = 1.0;       ///< of a shape unlike the published one [1]
   double learning_rate = 0.05;     ///< of the densities, per picture
   /// One camera knows the depth badly: standard deviation of it about that at the start; 0: free.
   double depth_sd_m = 0.06;
@@ -31,7 +32,6 @@ struct HandTrackerSetup {
 struct HandEstimate {
   bool found = false;     ///< the pose explains this picture
   HandPose pose;          ///< frame of the first camera
-  double length_m = 0.0;  ///< estimate of the hand's length
   double score = 0.0;     ///< mean log ratio of the cells the hand covers [nat]
   double likeness = 0.0;  ///< score over what it usually is [1]
 };
@@ -66,6 +66,8 @@ class HandTracker {
   /// Pose in frame T of the cameras' calibration.
   Eigen::Vector3d p_TH() const { return eye_T_ + R_TC_ * estimate_.pose.p_CH; }
   Eigen::Matrix3d R_TH() const { return R_TC_ * estimate_.pose.R_CH; }
+  Eigen::Vector3d wrist_T() const { return eye_T_ + R_TC_ * model_.wrist(estimate_.pose); }
+  double length_m() const { return model_.length_m(estimate_.pose); }
   HandPose from_T(const Eigen::Vector3d& p_TH, const Eigen::Matrix3d& R_TH) const;
 
  private:
@@ -93,6 +95,7 @@ class HandTracker {
   void close_fingers(HandPose& pose, double share) const;
   void relocate();
   void judge();
+  void allow_shape();
   void learn(double rate);
   void learn_shading(Eye& eye, double rate);
 
@@ -102,6 +105,8 @@ class HandTracker {
   Eigen::Matrix3d R_TC_;
   std::vector<Eye> eyes_;
   int dimensions_;
+  std::array<double, 3> people_sd_;     ///< of shapes: palm, breadth, length
+  std::array<double, 3> shape_step_{};  ///< by which it may change with a picture
   CmaEs fine_, coarse_;
   std::mt19937_64 random_;
   HandCapsules capsules_;
@@ -111,6 +116,8 @@ class HandTracker {
   HandPose anchor_;  ///< where it is sought
   std::vector<HandPose> guesses_;
   double usual_score_ = 0.0, depth_m_ = 0.0;
+  int settled_ = 0;  ///< pictures in a row that were followed well
+  int shaped_ = 0;   ///< pictures that the shape was learned from
   bool begun_ = false, moving_ = false, seeking_ = false;
   int lost_ = 0;  ///< pictures since the hand was found
 };

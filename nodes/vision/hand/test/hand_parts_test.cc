@@ -23,6 +23,27 @@ TEST(HandModel, HasTheProportionsOfBuchholz) {
   EXPECT_LT(tips[1].y(), tips[4].y());  // a right hand's index is at -y of its little finger
 }
 
+TEST(HandModel, APersonsPalmLeavesTheLengthAndItsBreadthTheBones) {
+  const HandModel model(true, 0.2);
+  HandPose usual, person;
+  person.shape = {0.1, -0.15, 0.0};
+  const double palm = 0.446 * std::exp(0.1);
+  EXPECT_NEAR(model.wrist(person).x(), -0.5 * palm * 0.2, 1e-12);
+  // Stretched: as long as ever. Bent at the knuckle: less of it is finger.
+  const auto reach = [&](const HandPose& p) { return (model.tips(p)[2] - model.wrist(p)).norm(); };
+  EXPECT_NEAR(reach(person), reach(usual), 2e-4);
+  person.joint_rad[4 * 2 + 1] = std::numbers::pi / 2.0;
+  EXPECT_NEAR(model.tips(person)[2].z(), (0.99 - palm) * 0.2, 1e-3);
+  person.shape.length = 0.05;
+  EXPECT_NEAR(model.tips(person)[2].z(), (0.99 - palm) * 0.2 * std::exp(0.05), 1e-3);
+  HandCapsules narrow, wide;
+  model.capsules(person, narrow);
+  person.shape.breadth = 0.15;
+  model.capsules(person, wide);
+  for (std::size_t k = 0; k + kForearmCapsules < kHandCapsules; ++k)
+    EXPECT_NEAR(wide[k].radius_a / narrow[k].radius_a, std::exp(0.3), 1e-5) << k;
+}
+
 TEST(HandModel, LeftIsTheMirrorImageOfRight) {
   HandPose pose;
   for (std::size_t j = 0; j < kHandJoints; ++j)

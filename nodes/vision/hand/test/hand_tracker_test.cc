@@ -33,13 +33,18 @@ struct Outcome {
   HandEstimate last;
 };
 
-Outcome run(int eyes, std::uint64_t seed, double told_m, int frames) {
+Outcome run(int eyes, std::uint64_t seed, double told_m, int frames, const HandShape& shape = {}) {
+  const auto moving = [&shape](int f) {
+    HandPose pose = vision::moving(f);
+    pose.shape = shape;
+    return pose;
+  };
   DrawnHand first(kFirst), second(kSecond);
   const HandModel model(true, 0.18);
   std::vector<image::Camera> cameras{first.camera};
   if (eyes == 2) cameras.push_back(second.camera);
   HandTracker tracker({.left = true, .length_m = told_m, .seed = seed}, cameras);
-  HandPose guess = moving(0);
+  HandPose guess = vision::moving(0);  // of the published shape
   guess.p_CH += Vector3d(0.012, -0.01, 0.015);
   guess.R_CH = guess.R_CH * math::exp_so3(Vector3d(0.15, 0.0, -0.2));
   tracker.start(guess);
@@ -54,8 +59,8 @@ Outcome run(int eyes, std::uint64_t seed, double told_m, int frames) {
   const HandEstimate& e = tracker.estimate();
   const Vector3d error = e.pose.p_CH - truth.p_CH;
   return {error.head<2>().norm(), std::abs(error.z()),
-          math::log_so3(Eigen::Matrix3d(truth.R_CH.transpose() * e.pose.R_CH)).norm(), e.length_m,
-          e};
+          math::log_so3(Eigen::Matrix3d(truth.R_CH.transpose() * e.pose.R_CH)).norm(),
+          tracker.length_m(), e};
 }
 
 TEST(HandTracker, FollowsItsOwnModel) {
@@ -73,6 +78,27 @@ TEST(HandTracker, TwoCamerasCorrectTheLength) {
   const Outcome stereo = run(2, 1, 0.18 * 1.08, 30);
   EXPECT_LT(std::abs(stereo.length_m / 0.18 - 1.0), 0.07);
   EXPECT_EQ(run(1, 1, 0.18 * 1.08, 3).length_m, 0.18 * 1.08);  // one cannot
+}
+
+TEST(HandTracker, LearnsAPersonsPalmAndBreadth) {
+  for (const double sign : {-1.0, 1.0}) {
+    const HandShape shape{0.1 * sign, -0.08 * sign, 0.0};
+    const Outcome stereo = run(2, 1, 0.18, 30, shape);
+    const HandShape& learned = stereo.last.pose.shape;
+    EXPECT_NEAR(learned.palm / shape.palm, 0.6, 0.3);  // not all: what is published counts, too
+    EXPECT_NEAR(learned.breadth / shape.breadth, 0.8, 0.4);
+    EXPECT_LT(stereo.across_m, 0.004);
+    EXPECT_LT(stereo.along_m, 0.005);
+  }
+}
+
+TEST(HandTracker, AsksForAHandFollowedWellBeforeItLearnsItsShape) {
+  const HandShape shape{0.1, -0.08, 0.0};
+  const HandShape& early = run(2, 1, 0.18, 5, shape).last.pose.shape;
+  EXPECT_EQ(early.palm, 0.0);
+  EXPECT_EQ(early.breadth, 0.0);
+  const HandShape& next = run(2, 1, 0.18, 7, shape).last.pose.shape;
+  EXPECT_NE(next.palm, 0.0);
 }
 
 TEST(HandTracker, SameInputsSameBits) {
