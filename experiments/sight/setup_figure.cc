@@ -112,6 +112,7 @@ void watch_robot(Report& report, image::Image& shown) {
     watcher.watch(shown);
   }
   vision::RobotTableSetup setup;
+  setup.doubt = 0.0;  // the places themselves
   setup.origin_m = {kRobotOrigin.x(), kRobotOrigin.y(), kRobotOrigin.z()};
   const auto seen = vision::robot_table(*watcher.stereo(), setup);
   const auto off = [&](const Vector3d& a, const Vector3d& c) {

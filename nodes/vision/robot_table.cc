@@ -20,6 +20,8 @@ double worst_sigma(const Thing& thing) {
   return std::sqrt(thing.covariance_m2.diagonal().maxCoeff());
 }
 
+double height_variance(const Thing& thing) { return thing.covariance_m2(1, 1); }
+
 class Converter {
  public:
   explicit Converter(const RobotTableSetup& setup) : setup_(setup), X_WT_(table_in_world(setup)) {}
@@ -133,7 +135,9 @@ tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const Robo
     table.boxes.push_back(to.column(center, goal.solid.half_width, goal.solid.top(),
                                     setup.doubt * worst_sigma(goal), name + " stand"));
     if (!high && !low) continue;
-    const double rest = setup.origin_m[2] + goal.solid.top() + 0.5 * table.object_height;
+    // Rather let go above it than pressed into it.
+    const double above = setup.doubt * std::sqrt(height_variance(object) + height_variance(goal));
+    const double rest = setup.origin_m[2] + goal.solid.top() + 0.5 * table.object_height + above;
     table.goals.push_back({name, {center.x(), center.y(), rest}, setup.goal_radius_m});
     out.goals_m2.push_back(to.covariance(goal.covariance_m2));
   }

@@ -22,7 +22,8 @@ struct RobotTableSetup {
   double small_gap_m = 0.125;    ///< a lone goal that is nearer to the bar's height is a high one
   double lone_s = 8.0;           ///< a goal that is the only one for so long stays alone
   double uncertain_m = 0.008;    ///< a thing is known well enough below this standard deviation
-  /// Obstacles are larger by so many standard deviations of their places [1].
+  /// Obstacles are larger, and goals above their stands, by so many standard deviations of what is
+  /// known of their places [1].
   double doubt = 1.0;
 
   template <class Visitor>

@@ -396,7 +396,7 @@ TEST(RobotTable, TurnsWhatIsSeenIntoObstaclesGoalsAndObjectInTheWorld) {
   EXPECT_EQ(found->goals_m2.size(), 2u);
 }
 
-TEST(RobotTable, DoubtMakesObstaclesLarger) {
+TEST(RobotTable, DoubtMakesObstaclesLargerAndLetsGoAboveTheStand) {
   const StereoScene scene = shown({{Kind::object, kSeenObject},
                                    {Kind::bridge, kSeenBar},
                                    {Kind::goal_high, kSeenHigh},
@@ -404,11 +404,17 @@ TEST(RobotTable, DoubtMakesObstaclesLarger) {
   RobotTableSetup sure, doubtful;
   sure.doubt = 0.0;
   doubtful.doubt = 3.0;
-  const kin::Table small = robot_table(scene, sure)->table,
-                   large = robot_table(scene, doubtful)->table;
+  const auto unsure = robot_table(scene, doubtful);
+  const kin::Table small = robot_table(scene, sure)->table, &large = unsure->table;
   EXPECT_GT(large.balls[0].radius, small.balls[0].radius);
   EXPECT_GT(large.boxes[2].half_extent.x(), small.boxes[2].half_extent.x());
   EXPECT_EQ(large.object, small.object);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Vector3d raised = large.goals[k].position - small.goals[k].position;
+    EXPECT_NEAR(raised.z(), 3.0 * std::sqrt(unsure->object_m2(2, 2) + unsure->goals_m2[k](2, 2)),
+                1e-9);
+    EXPECT_EQ(raised.head<2>().norm(), 0.0);
+  }
 }
 
 TEST(RobotTable, KnowsNothingWithoutObjectBridgeAndTwoHeights) {
