@@ -56,7 +56,6 @@ struct Stage {
 
 vision::HandTrackerSetup setup_for(const HandTrial& trial, const HandWorld& world) {
   vision::HandTrackerSetup setup;
-  setup.left = world.anatomy().left;
   setup.length_m = world.anatomy().length_m * (1.0 + trial.length_error);
   return setup;
 }
@@ -137,7 +136,7 @@ double quantile(std::vector<double> values, double share) {
 HandCourse track_hand(const HandTrial& trial, const std::filesystem::path& film_strip) {
   Stage stage(trial);
   HandTracker tracker(setup_for(trial, stage.world), stage.cameras);
-  tracker.start(tracker.from_T(stage.p_TH, stage.R_TH));
+  tracker.start(tracker.from_T(stage.p_TH, stage.R_TH, stage.world.anatomy().left));
   std::vector<image::Image> images(stage.cameras.size());
   std::vector<const image::Image*> seen;
   for (const image::Image& i : images) seen.push_back(&i);
@@ -219,7 +218,7 @@ HandCourse track_by_free_histogram(const HandTrial& trial) {
   Stage stage(trial);
   const image::Camera& camera = stage.cameras[0];
   const int cell = 4, width = camera.width() / cell, height = camera.height() / cell;
-  vision::HandModel model(stage.world.anatomy().left, stage.world.anatomy().length_m);
+  vision::HandModel model(stage.world.anatomy().length_m);
   vision::HandRaster raster(width, height);
   vision::Evidence none;
   none.resize(width, height);
@@ -236,6 +235,7 @@ HandCourse track_by_free_histogram(const HandTrial& trial) {
   // From the truth, so that only the score is at fault.
   const HandTruth first = stage.world.truth(0);
   HandPose pose;
+  pose.left = stage.world.anatomy().left;
   pose.p_CH = camera.R_CT() * (first.palm_T - camera.eye());
   pose.R_CH = camera.R_CT() * first.R_TH;
   for (std::size_t j = 0; j < vision::kHandJoints; ++j) {

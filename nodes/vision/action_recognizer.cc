@@ -8,6 +8,8 @@ namespace mimesis::vision {
 
 using Eigen::Vector2d;
 
+constexpr int kMovedPictures = 3;  // a single one may show something else in the object's colour
+
 template <class T>
 void ActionRecognizer::Ballot<T>::vote(T value, int needed, double agreement) {
   if (symbol.value != T::unknown) return;
@@ -46,8 +48,10 @@ void ActionRecognizer::update(const Sight& sight) {
   const bool still = object_still(sight);
   if (still && hand_away_) remember_start(sight);
   if (stage_ == Stage::waiting) judge_grip(sight);
-  if (stage_ == Stage::waiting && start_ && sight.object && !hand_away_ &&
-      (*sight.object - *start_).norm() > limits_.moved_m) {
+  const bool moved = stage_ == Stage::waiting && start_ && sight.object && !hand_away_ &&
+                     (*sight.object - *start_).norm() > limits_.moved_m;
+  moved_ = moved ? moved_ + 1 : 0;
+  if (moved_ >= kMovedPictures) {
     stage_ = Stage::carried;
     if (grip_.symbol.value == Grip::unknown) grip_.symbol = facing_.symbol;
   }

@@ -115,7 +115,8 @@ class ActionRecognizer {
   RecognizerLimits limits_;
   Stage stage_ = Stage::waiting;
   Ballot<Grip> grip_{Grip::precision, Grip::full}, facing_ = grip_;
-  int near_ = 0;  ///< pictures of the hand near the object at its start
+  int near_ = 0;   ///< pictures of the hand near the object at its start
+  int moved_ = 0;  ///< pictures in a row of the object, in the hand, away from its start
   Ballot<Transport> transport_{Transport::above, Transport::below};
   Ballot<Goal> goal_{Goal::high, Goal::low};
   Ballot<Color> color_{Color::light, Color::dark};

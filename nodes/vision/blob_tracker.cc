@@ -7,7 +7,11 @@
 namespace mimesis::vision {
 namespace {
 
-constexpr double kFresh = 0.3;  // weight of a region far from the last place
+constexpr double kFresh = 0.3;                    // weight of a region far from the last place
+constexpr double kLarger = 1.6, kSmaller = 0.05;  // than the object was
+constexpr double kJump = 1.5, kJumpMore = 0.25;   // of the object, and for each picture without it
+constexpr double kShrink = 0.99;                  // of its area, a picture: others are smaller
+constexpr int kLongGone = 30;                     // pictures without an object
 
 /// Free pixels between two bounding boxes, the larger of the two directions; negative if they
 /// overlap.
@@ -43,13 +47,23 @@ void BlobTracker::update(std::span<const Region> regions) {
   for (std::size_t k = 1; k < kKinds; ++k) update(static_cast<Kind>(k), regions);
 }
 
+bool BlobTracker::possible(Kind kind, const Region& region) const {
+  const double area = region.moments.area;
+  if (region.kind != kind || area < limits_.min_area) return false;
+  if (kind != Kind::object || object_area_ == 0.0) return true;
+  const Place& last = last_[static_cast<std::size_t>(kind)];
+  const double far = std::hypot(region.moments.mean_u() - last.u, region.moments.mean_v() - last.v);
+  return area < kLarger * object_area_ && area > kSmaller * object_area_ &&
+         far < (kJump + kJumpMore * objectless_) * limits_.memory_px;
+}
+
 int BlobTracker::choose(Kind kind, std::span<const Region> regions) const {
   const Place& last = last_[static_cast<std::size_t>(kind)];
   int best = -1;
   double best_score = 0.0;
   for (std::size_t i = 0; i < regions.size(); ++i) {
     const Region& r = regions[i];
-    if (r.kind != kind || r.moments.area < limits_.min_area) continue;
+    if (!possible(kind, r)) continue;
     const double far =
         last.known ? std::hypot(r.moments.mean_u() - last.u, r.moments.mean_v() - last.v) : 0.0;
     // Never more than 1 / kFresh times larger: a patch of skin colour must not hold the tracker for
@@ -79,6 +93,9 @@ void BlobTracker::update(Kind kind, std::span<const Region> regions) {
         const Region& r = regions[i];
         const int index = static_cast<int>(i);
         if (r.kind != kind || r.moments.area < limits_.min_area) continue;
+        if (kind == Kind::object && object_area_ > 0.0 &&
+            blob.moments.area + r.moments.area > kLarger * object_area_)
+          continue;
         if (gap(blob.moments, r.moments) > limits_.gap_px) continue;
         if (std::find(blob.regions.begin(), blob.regions.end(), index) != blob.regions.end())
           continue;
@@ -92,6 +109,11 @@ void BlobTracker::update(Kind kind, std::span<const Region> regions) {
   if (kind == Kind::hand && blob.moments.area < limits_.min_hand_area) {
     blob.moments = {};
     blob.regions.clear();
+  }
+  if (kind == Kind::object) {
+    objectless_ = blob.found() ? 0 : objectless_ + 1;
+    if (blob.found()) object_area_ = std::max(kShrink * object_area_, blob.moments.area);
+    if (objectless_ > kLongGone) object_area_ = 0.0;
   }
   if (blob.found()) {
     last_[k] = {blob.moments.mean_u(), blob.moments.mean_v(), true};

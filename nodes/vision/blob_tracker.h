@@ -33,7 +33,9 @@ struct TrackerLimits {
 };
 
 /// Follows one blob of each class from picture to picture: large regions win, near the last place
-/// more so.
+/// more so. An object keeps its size and moves by steps: what is 1.6 times as large as it was, a
+/// twentieth, or far from where it was is something else, such as a sleeve, unless for a second
+/// nothing else is seen.
 class BlobTracker {
  public:
   explicit BlobTracker(const TrackerLimits& limits) : limits_(limits) {}
@@ -43,6 +45,7 @@ class BlobTracker {
  private:
   void update(Kind kind, std::span<const Region> regions);
   int choose(Kind kind, std::span<const Region> regions) const;
+  bool possible(Kind kind, const Region& region) const;
   struct Place {
     double u = 0.0, v = 0.0;
     bool known = false;
@@ -51,6 +54,8 @@ class BlobTracker {
   TrackerLimits limits_;
   std::array<Blob, kKinds> blobs_;
   std::array<Place, kKinds> last_;
+  double object_area_ = 0.0;  ///< of the whole object; 0: unknown
+  int objectless_ = 0;        ///< pictures
 };
 
 /// The hand proper within the skin-coloured blob, without the forearm.

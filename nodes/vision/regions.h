@@ -188,6 +188,8 @@ class RegionFinder {
   void find(std::span<const std::uint8_t> labels, int width, int height);
   /// In order of their first pixel.
   std::span<const Region> regions() const { return regions_; }
+  /// This region is of no class.
+  void leave_out(std::size_t region) { regions_[region].kind = Kind::none; }
   std::span<const Run> runs() const { return runs_; }
 
  private:
@@ -219,6 +221,7 @@ class Segmentation {
   }
 
   std::span<const Region> regions() const { return finder_.regions(); }
+  void leave_out(std::size_t region) { finder_.leave_out(region); }
   std::span<const Run> runs() const { return finder_.runs(); }
   std::span<const std::uint8_t> labels() const { return labels_; }
   const Eigen::Vector3d& gain() const { return table_.gain(); }

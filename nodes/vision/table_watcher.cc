@@ -44,6 +44,47 @@ Segmentation segmentation_for(const WatcherSetup& setup) {
 
 }  // namespace
 
+void TableSkin::count(std::span<const std::uint8_t> labels) {
+  std::ranges::fill(now_, 0);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] != static_cast<std::uint8_t>(Kind::hand)) continue;
+    const int u = static_cast<int>(i) % width_, v = static_cast<int>(i) / width_;
+    ++now_[static_cast<std::size_t>(v / kCell * columns_ + u / kCell)];
+  }
+}
+
+void TableSkin::learn(std::span<const std::uint8_t> labels, int width, int height) {
+  width_ = width;
+  columns_ = (width + kCell - 1) / kCell;
+  now_.resize(static_cast<std::size_t>(columns_ * ((height + kCell - 1) / kCell)));
+  count(labels);
+  learned_ = now_;
+}
+
+void TableSkin::update(std::span<const std::uint8_t> labels) {
+  count(labels);
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    if (4 * now_[i] < learned_[i]) learned_[i] = 0;
+  }
+}
+
+std::span<const double> TableSkin::shares(std::span<const Region> regions,
+                                          std::span<const Run> runs) {
+  shares_.assign(regions.size(), 0.0);
+  for (const Run& run : runs) {
+    if (run.kind != Kind::hand) continue;
+    const int row = run.row / kCell * columns_;
+    for (int u = run.begin; u < run.end;) {
+      const int end = std::min(run.end, (u / kCell + 1) * kCell);
+      const auto region = static_cast<std::size_t>(run.region);
+      if (learned_[static_cast<std::size_t>(row + u / kCell)] > 0)
+        shares_[region] += (end - u) / regions[region].moments.area;
+      u = end;
+    }
+  }
+  return shares_;
+}
+
 TableWatcher::TableWatcher(const WatcherSetup& setup)
     : camera_(setup.camera ? *setup.camera : image::Camera(setup.view)),
       right_(setup.right),
@@ -205,6 +246,8 @@ tl::expected<void, Status> TableWatcher::teach(const image::Image& image,
   auto lesson = vision::teach(image, regions, segmentation_.gain_for(image));
   if (!lesson) return tl::unexpected(lesson.error());
   auto& hand = lesson->spots.of[static_cast<std::size_t>(Kind::hand)];
+  skin_unlearned_ = !hand;
+  table_skin_.reset();
   if (!hand) hand = spot_in(hand_box_);
   segmentation_.learn(ColorTable(lesson->spots));
   right_segmentation_.learn(ColorTable(lesson->spots));
@@ -216,10 +259,23 @@ void TableWatcher::segment(const image::Image& image) {
   tracker_.update(regions());
 }
 
+void TableWatcher::leave_out_skin_of_table() {
+  constexpr double kMost = 0.8;  // of a hand's pixels
+  if (skin_unlearned_) table_skin_.emplace().learn(labels(), camera_.width(), camera_.height());
+  skin_unlearned_ = false;
+  if (!table_skin_) return;
+  table_skin_->update(labels());
+  const std::span<const double> shares = table_skin_->shares(regions(), runs());
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (shares[i] > kMost) segmentation_.leave_out(i);
+  }
+}
+
 template <class Picture>
 void TableWatcher::watch_any(const Picture& picture) {
   MIMESIS_ASSERT(picture.width == camera_.width() && picture.height == camera_.height());
   segmentation_.segment(picture);
+  leave_out_skin_of_table();
   tracker_.update(regions());
   if (right_new_) stereo_->update(regions(), right_segmentation_.regions());
   look();

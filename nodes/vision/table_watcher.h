@@ -74,6 +74,24 @@ class SteadyPlace {
   int seen_ = 0, absent_ = 0, elsewhere_ = 0, count_ = 0;
 };
 
+/// Where a table without a hand has the colour of skin: bright wood, things. A cell of the picture
+/// is forgotten once it has lost that colour.
+class TableSkin {
+ public:
+  void learn(std::span<const std::uint8_t> labels, int width, int height);
+  void update(std::span<const std::uint8_t> labels);
+  /// Share of each region's pixels that lie there [1].
+  std::span<const double> shares(std::span<const Region> regions, std::span<const Run> runs);
+
+ private:
+  static constexpr int kCell = 16;  // pixels
+  void count(std::span<const std::uint8_t> labels);
+
+  int width_ = 0, columns_ = 0;
+  std::vector<int> learned_, now_;  ///< pixels of skin in each cell
+  std::vector<double> shares_;
+};
+
 /// From picture to symbols: segmentation, regions, tracking, positions in frame T, recognition.
 class TableWatcher {
  public:
@@ -91,7 +109,8 @@ class TableWatcher {
   void watch_right(const YuyvImage& image) { watch_right_any(image); }
 
   /// Learns the colours of things from regions of a picture: in the light of the reference, in both
-  /// cameras. A hand that is not among them keeps its box. @returns why not
+  /// cameras. A hand that is not among them keeps its box, and is taken not to be in the picture:
+  /// what has the colour of skin there is none until it changes. @returns why not
   tl::expected<void, Status> teach(const image::Image& image,
                                    std::span<const TaughtRegion> regions);
 
@@ -125,6 +144,7 @@ class TableWatcher {
   void watch_any(const Picture& picture);
   template <class Picture>
   void watch_right_any(const Picture& picture);
+  void leave_out_skin_of_table();
   void look();
   void look_with_one();
   void look_with_two();
@@ -142,7 +162,8 @@ class TableWatcher {
   double small_gap_m_;
   ColorBox hand_box_;
   Segmentation segmentation_, right_segmentation_;
-  bool right_new_ = false;
+  bool right_new_ = false, skin_unlearned_ = false;
+  std::optional<TableSkin> table_skin_;
   std::optional<StereoScene> stereo_;
   BlobTracker tracker_;
   int min_hand_area_;

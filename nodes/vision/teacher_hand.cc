@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -22,7 +21,9 @@ constexpr int kAstray = 8;            // pictures
 
 TeacherHand::TeacherHand(const TeacherHandSetup& setup, std::span<const image::Camera> cameras)
     : camera_(cameras.front()),
-      tracker_({.left = setup.left, .length_m = setup.length_m}, cameras),
+      left_(setup.side == "either" ? std::vector<bool>{true, false}
+                                   : std::vector<bool>{setup.side == "left"}),
+      tracker_({.length_m = setup.length_m}, cameras),
       hidden_(static_cast<std::size_t>(camera_.width() / tracker_.cell_px()) *
               static_cast<std::size_t>(camera_.height() / tracker_.cell_px())) {}
 
@@ -45,13 +46,14 @@ bool TeacherHand::whole(const Vector2d& blob) const {
 }
 
 void TeacherHand::begin(const Vector2d& blob) {
-  std::array<HandPose, 4> guesses;
-  for (std::size_t k = 0; k < guesses.size(); ++k) {  // fingers along x of T; palm down first
-    const double roll = 0.5 * std::numbers::pi * static_cast<double>(k);
+  std::vector<HandPose> guesses;
+  for (int k = 0; k < 4; ++k) {  // fingers along x of T; palm down first
+    const double roll = 0.5 * std::numbers::pi * k;
     const Vector3d x = Vector3d::UnitX(), z(0.0, -std::cos(roll), std::sin(roll));
     Eigen::Matrix3d R_TH;
     R_TH << x, z.cross(x), z;
-    guesses[k] = tracker_.from_T({blob.x(), blob.y(), 0.0}, R_TH);
+    for (const bool left : left_)
+      guesses.push_back(tracker_.from_T({blob.x(), blob.y(), 0.0}, R_TH, left));
   }
   tracker_.start(guesses);
   following_ = true;
@@ -85,7 +87,9 @@ void TeacherHand::follow(const std::optional<Vector2d>& blob) {
   const Eigen::Matrix3d R = tracker_.R_TH();
   sight_ = {.wrist = tracker_.wrist_T(),
             .palm = palm,
-            .palm_angle_rad = std::acos(std::clamp(-R(1, 2), -1.0, 1.0))};
+            // A palm that looks up is that of the other hand, whose outline is the same, looking
+            // down: nobody grasps like that.
+            .palm_angle_rad = std::acos(std::min(std::abs(R(1, 2)), 1.0))};
 }
 
 }  // namespace mimesis::vision

@@ -1,31 +1,34 @@
 #pragma once
 #include <optional>
 #include <span>
+#include <string>
 
 #include "nodes/vision/hand/hand_tracker.h"
 
 namespace mimesis::vision {
 
 struct TeacherHandSetup {
-  bool left = true;         ///< the teacher acts with the left hand
-  double length_m = 0.185;  ///< of this hand, wrist crease to tip of the middle finger
+  std::string side = "either";  ///< of the hand that acts: left, right, either
+  double length_m = 0.185;      ///< of this hand, wrist crease to tip of the middle finger
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("left", left);
+    v("side", side, {"left", "right", "either"});
     v("length_m", length_m, 0.1, 0.3);
   }
 };
 
 /// What the hand model says of the teacher's hand, frame T.
 struct HandSight {
-  Eigen::Vector3d wrist;        ///< [m]
-  Eigen::Vector3d palm;         ///< origin of frame H [m]
-  double palm_angle_rad = 0.0;  ///< palm's normal against the vertical: 0 down, π/2 sideways
+  Eigen::Vector3d wrist;  ///< [m]
+  Eigen::Vector3d palm;   ///< origin of frame H [m]
+  double palm_angle_rad =
+      0.0;  ///< palm's normal against the vertical: 0 down (or up), π/2 sideways
 };
 
-/// Begins the hand tracker where the skin blob says that a whole hand is, with the palm turned in
-/// each of four ways; begins again when it has lost the hand or follows something else.
+/// Begins the hand tracker where the skin blob says that a whole hand is, with the palm of a left
+/// or right one turned in each of four ways; begins again when it has lost the hand or follows
+/// something else.
 class TeacherHand {
  public:
   TeacherHand(const TeacherHandSetup& setup, std::span<const image::Camera> cameras);
@@ -49,6 +52,7 @@ class TeacherHand {
   void begin(const Eigen::Vector2d& blob);
 
   image::Camera camera_;
+  std::vector<bool> left_;  ///< the sides that it may be of
   HandTracker tracker_;
   std::vector<std::uint8_t> hidden_;
   std::optional<HandSight> sight_;

@@ -133,7 +133,7 @@ void hand(benchmark::State& state) {
   HandPose pose;
   pose.p_CH = {0.0, 0.0, 0.6};
   pose.R_CH << 1, 0, 0, 0, -1, 0, 0, 0, -1;
-  const HandModel model(true, 0.185);
+  const HandModel model(0.185);
   std::vector<image::Camera> cameras;
   std::vector<image::Image> images;
   for (DrawnHand& d : drawn) {
@@ -142,7 +142,7 @@ void hand(benchmark::State& state) {
   }
   std::vector<const image::Image*> seen;
   for (const image::Image& i : images) seen.push_back(&i);
-  HandTracker tracker({.left = true}, cameras);
+  HandTracker tracker({}, cameras);
   tracker.start(pose);
   tracker.step(seen);  // the search at the start takes longer
   for (auto _ : state) tracker.step(seen);

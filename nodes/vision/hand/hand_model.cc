@@ -71,8 +71,12 @@ struct Ratios {
   double wrist() const { return -0.5 * kPalm * palm; }  // on the x axis of H
 };
 
+/// Of frame H: the thumb is at +y or -y.
+double thumb_side(const HandPose& pose) { return pose.left ? 1.0 : -1.0; }
+
 /// Joints in frame H over the length of the hand; thumb first.
-Digits joints(const HandPose& pose, const Ratios& ratio, double side) {
+Digits joints(const HandPose& pose, const Ratios& ratio) {
+  const double side = thumb_side(pose);
   Digits out;
   const auto& q = pose.joint_rad;
   // The thumb's metacarpal points forward and to the side at rest; bending goes half towards the
@@ -108,7 +112,8 @@ const std::array<JointRange, kHandJoints>& hand_joint_ranges() { return kRanges;
 
 void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
   const Ratios ratio(pose.shape);
-  const Digits digits = joints(pose, ratio, side_);
+  const Digits digits = joints(pose, ratio);
+  const double side = thumb_side(pose);
   const double length_m = this->length_m(pose);
   const Eigen::Matrix3f R = (length_m * pose.R_CH).cast<float>();
   const Eigen::Vector3f t = pose.p_CH.cast<float>();
@@ -122,7 +127,7 @@ void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
     // the little finger's side of a palm is nearly straight
     const bool outer = i == 3;
     const Vector3d heel(ratio.wrist() + (outer ? 0.05 : 0.02),
-                        (outer ? 0.72 : 0.55) * side_ * ratio.breadth * kFingers[i].side, 0.0);
+                        (outer ? 0.72 : 0.55) * side * ratio.breadth * kFingers[i].side, 0.0);
     add(heel, digits[i + 1][0], kHeelRadius, kPalmRadius);
   }
   for (std::size_t i = 0; i < 4; ++i) {
@@ -143,7 +148,7 @@ void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
   const double flexion = pose.wrist_rad[0], deviation = pose.wrist_rad[1];
   scale = static_cast<float>(length_m);  // the forearm has a shape of its own
   const Vector3d wrist(ratio.wrist(), 0.0, 0.0);
-  const Vector3d back(-std::cos(flexion) * std::cos(deviation), -std::sin(deviation) * side_,
+  const Vector3d back(-std::cos(flexion) * std::cos(deviation), -std::sin(deviation) * side,
                       std::sin(flexion) * std::cos(deviation));
   const double bare = std::exp(pose.arm[2]), at_wrist = kWristRadius * std::exp(pose.arm[0]),
                at_elbow = kElbowRadius * std::exp(pose.arm[1]);
@@ -155,7 +160,7 @@ void HandModel::capsules(const HandPose& pose, HandCapsules& out) const {
 }
 
 std::array<Vector3d, 5> HandModel::tips(const HandPose& pose) const {
-  const Digits digits = joints(pose, Ratios(pose.shape), side_);
+  const Digits digits = joints(pose, Ratios(pose.shape));
   std::array<Vector3d, 5> out;
   for (std::size_t i = 0; i < 5; ++i) {
     out[i] = pose.p_CH + length_m(pose) * (pose.R_CH * digits[i][3]);

@@ -27,6 +27,7 @@ inline constexpr HandShape kMostShape{0.20, 0.20, 0.12};
 /// and middle knuckle, x towards this knuckle, z out of the palm; y = z × x points to the thumb of
 /// a left hand.
 struct HandPose {
+  bool left = true;                                    ///< it is a left hand
   Eigen::Vector3d p_CH = Eigen::Vector3d::Zero();      ///< in the frame of the first camera [m]
   Eigen::Matrix3d R_CH = Eigen::Matrix3d::Identity();  ///< orientation in that frame
   /// Thumb: abduction, flexion across the palm, MCP, IP; index, middle, ring, little: spread
@@ -59,7 +60,7 @@ using HandCapsules = std::array<Capsule, kHandCapsules>;
 /// 35(3):261-273, 1992.
 class HandModel {
  public:
-  HandModel(bool left, double length_m) : side_(left ? 1.0 : -1.0), length_m_(length_m) {}
+  explicit HandModel(double length_m) : length_m_(length_m) {}
 
   double length_m() const { return length_m_; }
   double length_m(const HandPose& pose) const { return length_m_ * std::exp(pose.shape.length); }
@@ -71,7 +72,6 @@ class HandModel {
   std::array<Eigen::Vector3d, 5> tips(const HandPose& pose) const;
 
  private:
-  double side_;  ///< + : thumb at +y
   double length_m_;
 };
 

@@ -80,7 +80,7 @@ double square(double x) { return x * x; }
 
 HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::Camera> cameras)
     : setup_(setup),
-      model_(setup.left, setup.length_m),
+      model_(setup.length_m),
       eye_T_(cameras.empty() ? Vector3d::Zero() : cameras[0].eye()),
       R_TC_(cameras.empty() ? Matrix3d::Identity() : Matrix3d(cameras[0].R_CT().transpose())),
       dimensions_(cameras.size() == 2 ? kStereo : kMono),
@@ -116,8 +116,9 @@ HandTracker::HandTracker(const HandTrackerSetup& setup, std::span<const image::C
   best_.resize(zero_.size());
 }
 
-HandPose HandTracker::from_T(const Vector3d& p_TH, const Matrix3d& R_TH) const {
+HandPose HandTracker::from_T(const Vector3d& p_TH, const Matrix3d& R_TH, bool left) const {
   HandPose pose;
+  pose.left = left;
   pose.p_CH = R_TC_.transpose() * (p_TH - eye_T_);
   pose.R_CH = R_TC_.transpose() * R_TH;
   for (std::size_t j = 0; j < kHandJoints; ++j) pose.joint_rad[j] = hand_joint_ranges()[j].rest;
@@ -299,7 +300,10 @@ void HandTracker::close_fingers(HandPose& pose, double share) const {
 void HandTracker::relocate() {
   constexpr std::size_t kRefined = 4;
   const bool several = guesses_.size() > 1;  // near the hand, but for the roll
-  const int tries = begun_ ? 6 : several ? 12 : 24, generations = begun_ ? 14 : 40;
+  const int tries = begun_    ? 6
+                    : several ? 3 * static_cast<int>(guesses_.size())
+                              : 24,
+            generations = begun_ ? 14 : 40;
   const std::size_t refined = begun_ ? 1 : kRefined;
   const double distance = std::min(0.03 + 0.002 * lost_, 0.08);
   const double angle = radians(std::min(20.0 + lost_, 40.0));

@@ -9,7 +9,6 @@
 namespace mimesis::vision {
 
 struct HandTrackerSetup {
-  bool left = false;        ///< the hand is a left one
   double length_m = 0.185;  ///< wrist crease to tip of the middle finger; two cameras refine it
   int population = 24;      ///< candidates of a generation [1]
   int generations = 40;     ///< generations for a picture [1]
@@ -68,7 +67,7 @@ class HandTracker {
   Eigen::Matrix3d R_TH() const { return R_TC_ * estimate_.pose.R_CH; }
   Eigen::Vector3d wrist_T() const { return eye_T_ + R_TC_ * model_.wrist(estimate_.pose); }
   double length_m() const { return model_.length_m(estimate_.pose); }
-  HandPose from_T(const Eigen::Vector3d& p_TH, const Eigen::Matrix3d& R_TH) const;
+  HandPose from_T(const Eigen::Vector3d& p_TH, const Eigen::Matrix3d& R_TH, bool left) const;
 
  private:
   struct Eye {

@@ -186,8 +186,18 @@ TEST_F(Stage, WhereTheHandIsTellsWhatTheModelLeavesOpen) {
   };
   approach(25, kFromSide);
   EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
+  show(start_ + Vector2d(0.0, 0.1), start_ + Vector2d(-0.07, 0.11), 2);
+  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);  // it may be something else
   show(start_ + Vector2d(0.0, 0.1), start_ + Vector2d(-0.07, 0.11), 1);
   EXPECT_EQ(recognizer_.grip().value, Grip::full);
+}
+
+TEST_F(Stage, ASinglePictureOfTheObjectElsewhereChangesNothing) {
+  show(start_, std::nullopt, 20);
+  show(start_, start_ + from_above_, 2);
+  show(start_ + Vector2d(-0.03, 0.04), start_ + from_above_, 1);
+  show(start_, start_ + from_above_, 12);
+  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
 }
 
 TEST_F(Stage, ThePalmOutvotesWhereTheHandIs) {

@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "nodes/vision/table_watcher.h"
+
 namespace mimesis::vision {
 namespace {
 
@@ -139,6 +141,47 @@ TEST(Teach, RefusesRegionsThatAreNotThere) {
     ASSERT_FALSE(lesson);
     EXPECT_NE(lesson.error().reason.find("hand: "), std::string::npos);
   }
+}
+
+/// A grey table with a green thing and, where asked, patches of the colour of skin: one that lies
+/// there and a hand.
+image::Image table_with(bool lying, bool hand) {
+  image::Image image(640, 480);
+  const auto fill = [&image](int left, int top, int width, int height, std::array<int, 3> bgr) {
+    for (int v = top; v < top + height; ++v) {
+      for (int u = left; u < left + width; ++u) {
+        for (std::size_t c = 0; c < 3; ++c)
+          image.at(u, v)[c] = static_cast<std::uint8_t>(bgr.at(c));
+      }
+    }
+  };
+  fill(0, 0, 640, 480, {145, 151, 155});
+  fill(300, 200, 40, 70, {90, 200, 90});
+  if (lying) fill(20, 380, 150, 60, {116, 152, 220});
+  if (hand) fill(100, 200, 90, 60, {116, 152, 220});
+  return image;
+}
+
+TEST(Teach, WhatHasTheColourOfSkinOnATableWithoutAHandIsNone) {
+  TableWatcher watcher{WatcherSetup{}};
+  ASSERT_TRUE(watcher.teach(table_with(true, false),
+                            std::array{TaughtRegion{Kind::object, 305, 205, 30, 60}}));
+  watcher.watch(table_with(true, false));
+  EXPECT_FALSE(watcher.blob(Kind::hand).found());
+  watcher.watch(table_with(true, true));
+  EXPECT_FALSE(watcher.two_hands());
+  EXPECT_NEAR(watcher.blob(Kind::hand).moments.mean_v(), 229.5, 1.0);
+  watcher.watch(table_with(false, true));  // it was taken away: what comes there may be a hand
+  watcher.watch(table_with(true, true));
+  EXPECT_TRUE(watcher.two_hands());
+}
+
+TEST(Teach, AHandThatIsTaughtIsInThePicture) {
+  TableWatcher watcher{WatcherSetup{}};
+  ASSERT_TRUE(watcher.teach(table_with(false, true),
+                            std::array{TaughtRegion{Kind::hand, 105, 205, 80, 50}}));
+  watcher.watch(table_with(false, true));
+  EXPECT_TRUE(watcher.blob(Kind::hand).found());
 }
 
 }  // namespace

@@ -39,7 +39,25 @@ TEST(BlobTracker, StaysWithItsBlobWhenASlightlyLargerOneAppearsFarAway) {
                                      rectangle(Kind::object, 500, 300, 24, 24)});
   EXPECT_NEAR(tracker.blob(Kind::object).moments.mean_u(), 113.5, 1e-9);
   tracker.update(std::vector<Region>{rectangle(Kind::object, 500, 300, 24, 24)});
+  EXPECT_FALSE(tracker.blob(Kind::object).found());  // none moves that fast
+  for (int k = 0; k < 20; ++k)
+    tracker.update(std::vector<Region>{rectangle(Kind::object, 500, 300, 24, 24)});
   EXPECT_NEAR(tracker.blob(Kind::object).moments.mean_u(), 511.5, 1e-9);  // the old one is gone
+}
+
+TEST(BlobTracker, TakesNoSleeveForAHiddenObject) {
+  BlobTracker tracker(TrackerLimits{});
+  tracker.update(std::vector<Region>{rectangle(Kind::object, 100, 100, 40, 40)});
+  const Region sleeve = rectangle(Kind::object, 20, 80, 70, 70),
+               seam = rectangle(Kind::object, 60, 100, 8, 8),
+               part = rectangle(Kind::object, 110, 100, 15, 40);
+  tracker.update(std::vector<Region>{sleeve, part});
+  EXPECT_NEAR(tracker.blob(Kind::object).moments.mean_u(), 117.0, 1e-9);
+  tracker.update(std::vector<Region>{sleeve, seam});
+  EXPECT_FALSE(tracker.blob(Kind::object).found());
+  for (int k = 0; k < 31; ++k) tracker.update(std::vector<Region>{sleeve});
+  EXPECT_NEAR(tracker.blob(Kind::object).moments.mean_u(), 54.5,
+              1e-9);  // nothing else for a second
 }
 
 TEST(BlobTracker, LeavesAPatchForAHandThatComesIn) {

@@ -14,8 +14,10 @@ namespace {
 using Eigen::Vector3d;
 
 TEST(HandModel, HasTheProportionsOfBuchholz) {
-  const HandModel model(false, 0.2);
-  const auto tips = model.tips({});  // all joints straight
+  const HandModel model(0.2);
+  HandPose right;  // all joints straight
+  right.left = false;
+  const auto tips = model.tips(right);
   // Wrist at -0.223 L; the middle finger: 0.446 + 0.266 + 0.170 + 0.108 of L, splayed by 1 degree.
   const Vector3d wrist(-0.223 * 0.2, 0.0, 0.0);
   EXPECT_NEAR((tips[2] - wrist).norm(), 0.99 * 0.2, 0.001);
@@ -24,7 +26,7 @@ TEST(HandModel, HasTheProportionsOfBuchholz) {
 }
 
 TEST(HandModel, APersonsPalmLeavesTheLengthAndItsBreadthTheBones) {
-  const HandModel model(true, 0.2);
+  const HandModel model(0.2);
   HandPose usual, person;
   person.shape = {0.1, -0.15, 0.0};
   const double palm = 0.446 * std::exp(0.1);
@@ -50,8 +52,9 @@ TEST(HandModel, LeftIsTheMirrorImageOfRight) {
     pose.joint_rad[j] = 0.1 + 0.03 * static_cast<double>(j);
   pose.wrist_rad = {0.2, 0.1};
   HandCapsules left, right;
-  HandModel(true, 0.18).capsules(pose, left);
-  HandModel(false, 0.18).capsules(pose, right);
+  HandModel(0.18).capsules(pose, left);
+  pose.left = false;
+  HandModel(0.18).capsules(pose, right);
   for (std::size_t k = 0; k < kHandCapsules; ++k) {
     EXPECT_LT((left[k].a - Eigen::Vector3f(right[k].a.x(), -right[k].a.y(), right[k].a.z())).norm(),
               1e-6f);
@@ -63,7 +66,7 @@ TEST(HandModel, LeftIsTheMirrorImageOfRight) {
 TEST(HandModel, BendsFingersTowardsThePalm) {
   HandPose straight, bent;
   bent.joint_rad[4 * 2 + 1] = std::numbers::pi / 2.0;  // knuckle of the middle finger
-  const HandModel model(true, 0.2);
+  const HandModel model(0.2);
   const Vector3d before = model.tips(straight)[2], after = model.tips(bent)[2];
   EXPECT_NEAR(after.z(), 0.544 * 0.2, 1e-3);
   EXPECT_NEAR(after.x(), 0.5 * 0.446 * 0.2, 1e-3);
@@ -80,7 +83,7 @@ TEST(HandModel, MovesWithItsPose) {
   for (std::size_t j = 0; j < kHandJoints; ++j) pose.joint_rad[j] = at.joint_rad[j] = 0.2;
   at.p_CH = {0.1, -0.2, 0.7};
   at.R_CH = math::exp_so3(Vector3d(0.4, -0.9, 1.3));
-  const HandModel model(true, 0.19);
+  const HandModel model(0.19);
   const auto here = model.tips(pose), there = model.tips(at);
   HandCapsules a, b;
   model.capsules(pose, a);

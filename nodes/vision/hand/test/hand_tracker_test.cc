@@ -40,10 +40,10 @@ Outcome run(int eyes, std::uint64_t seed, double told_m, int frames, const HandS
     return pose;
   };
   DrawnHand first(kFirst), second(kSecond);
-  const HandModel model(true, 0.18);
+  const HandModel model(0.18);
   std::vector<image::Camera> cameras{first.camera};
   if (eyes == 2) cameras.push_back(second.camera);
-  HandTracker tracker({.left = true, .length_m = told_m, .seed = seed}, cameras);
+  HandTracker tracker({.length_m = told_m, .seed = seed}, cameras);
   HandPose guess = vision::moving(0);  // of the published shape
   guess.p_CH += Vector3d(0.012, -0.01, 0.015);
   guess.R_CH = guess.R_CH * math::exp_so3(Vector3d(0.15, 0.0, -0.2));
@@ -112,8 +112,8 @@ TEST(HandTracker, SameInputsSameBits) {
 
 TEST(HandTracker, SaysThatTheHandIsGoneAndKeepsItsPose) {
   DrawnHand drawn(kFirst);
-  const HandModel model(true, 0.18);
-  HandTracker tracker({.left = true, .length_m = 0.18}, std::span(&drawn.camera, 1));
+  const HandModel model(0.18);
+  HandTracker tracker({.length_m = 0.18}, std::span(&drawn.camera, 1));
   tracker.start(moving(0));
   const image::Image hand = drawn.draw(model, moving(0), drawn.camera);
   image::Image empty(640, 480);
@@ -135,7 +135,7 @@ TEST(HandTracker, SpeaksOfPosesInTheFrameOfTheCalibration) {
   HandTracker tracker({}, std::span(&camera, 1));
   const Vector3d p(0.12, 0.2, 0.03);
   const Eigen::Matrix3d R = math::exp_so3(Vector3d(0.3, 0.2, -1.0));
-  tracker.start(tracker.from_T(p, R));
+  tracker.start(tracker.from_T(p, R, true));
   EXPECT_LT((tracker.p_TH() - p).norm(), 1e-12);
   EXPECT_LT((tracker.R_TH() - R).norm(), 1e-12);
 }
