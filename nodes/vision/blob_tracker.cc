@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kFresh = 0.3;                    // weight of a region far from the last place
 constexpr double kLarger = 1.6, kSmaller = 0.05;  // than the object was
+constexpr double kMuch = 0.2;                     // of an object is seen: it is there
 constexpr double kJump = 1.5, kJumpMore = 0.25;   // of the object, and for each picture without it
 constexpr double kShrink = 0.99;                  // of its area, a picture: others are smaller
 constexpr int kLongGone = 30;                     // pictures without an object
@@ -51,10 +52,10 @@ bool BlobTracker::possible(Kind kind, const Region& region) const {
   const double area = region.moments.area;
   if (region.kind != kind || area < limits_.min_area) return false;
   if (kind != Kind::object || object_area_ == 0.0) return true;
-  const Place& last = last_[static_cast<std::size_t>(kind)];
-  const double far = std::hypot(region.moments.mean_u() - last.u, region.moments.mean_v() - last.v);
+  const double far = std::hypot(region.moments.mean_u() - object_place_.u,
+                                region.moments.mean_v() - object_place_.v);
   return area < kLarger * object_area_ && area > kSmaller * object_area_ &&
-         far < (kJump + kJumpMore * objectless_) * limits_.memory_px;
+         far < (kJump + kJumpMore * hidden_) * limits_.memory_px;
 }
 
 int BlobTracker::choose(Kind kind, std::span<const Region> regions) const {
@@ -110,16 +111,25 @@ void BlobTracker::update(Kind kind, std::span<const Region> regions) {
     blob.moments = {};
     blob.regions.clear();
   }
-  if (kind == Kind::object) {
-    objectless_ = blob.found() ? 0 : objectless_ + 1;
-    if (blob.found()) object_area_ = std::max(kShrink * object_area_, blob.moments.area);
-    if (objectless_ > kLongGone) object_area_ = 0.0;
-  }
+  if (kind == Kind::object) follow_object(blob);
   if (blob.found()) {
     last_[k] = {blob.moments.mean_u(), blob.moments.mean_v(), true};
   } else {
     last_[k].known = false;
   }
+}
+
+void BlobTracker::follow_object(const Blob& blob) {
+  const double area = blob.moments.area;
+  objectless_ = blob.found() ? 0 : objectless_ + 1;
+  if (objectless_ > kLongGone) object_area_ = 0.0;
+  if (!blob.found() || area < kMuch * object_area_) {
+    ++hidden_;
+    return;
+  }
+  hidden_ = 0;
+  object_area_ = std::max(kShrink * object_area_, area);
+  object_place_ = {blob.moments.mean_u(), blob.moments.mean_v(), true};
 }
 
 std::optional<Palm> find_palm(std::span<const Run> runs, const Blob& blob,

@@ -46,6 +46,7 @@ class BlobTracker {
   void update(Kind kind, std::span<const Region> regions);
   int choose(Kind kind, std::span<const Region> regions) const;
   bool possible(Kind kind, const Region& region) const;
+  void follow_object(const Blob& blob);
   struct Place {
     double u = 0.0, v = 0.0;
     bool known = false;
@@ -54,8 +55,9 @@ class BlobTracker {
   TrackerLimits limits_;
   std::array<Blob, kKinds> blobs_;
   std::array<Place, kKinds> last_;
-  double object_area_ = 0.0;  ///< of the whole object; 0: unknown
-  int objectless_ = 0;        ///< pictures
+  double object_area_ = 0.0;         ///< of the whole object; 0: unknown
+  Place object_place_;               ///< where much of it was seen last
+  int hidden_ = 0, objectless_ = 0;  ///< pictures since then; without any of it
 };
 
 /// The hand proper within the skin-coloured blob, without the forearm.

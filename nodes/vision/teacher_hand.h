@@ -20,15 +20,14 @@ struct TeacherHandSetup {
 
 /// What the hand model says of the teacher's hand, frame T.
 struct HandSight {
-  Eigen::Vector3d wrist;  ///< [m]
-  Eigen::Vector3d palm;   ///< origin of frame H [m]
-  double palm_angle_rad =
-      0.0;  ///< palm's normal against the vertical: 0 down (or up), π/2 sideways
+  Eigen::Vector3d wrist;        ///< [m]
+  Eigen::Vector3d palm;         ///< origin of frame H [m]
+  double palm_angle_rad = 0.0;  ///< palm's normal against the vertical: 0 down, π/2 sideways
 };
 
-/// Begins the hand tracker where the skin blob says that a whole hand is, with the palm of a left
-/// or right one turned in each of four ways; begins again when it has lost the hand or follows
-/// something else.
+/// Begins the hand tracker where the skin blob says that a whole hand is, with the palm turned in
+/// each of four ways; a left and a right hand are followed until it is clear which fits better.
+/// Begins again when it has lost the hand or follows something else.
 class TeacherHand {
  public:
   TeacherHand(const TeacherHandSetup& setup, std::span<const image::Camera> cameras);
@@ -45,15 +44,24 @@ class TeacherHand {
   /// The next demonstration begins with a new search.
   void forget() { following_ = false, sight_.reset(); }
   const std::optional<HandSight>& sight() const { return sight_; }
-  const HandTracker& tracker() const { return tracker_; }
+  const HandTracker& tracker() const { return hypotheses_[best_].tracker; }
 
  private:
+  struct Hypothesis {
+    bool left;
+    HandTracker tracker;
+    double sum = 0.0;  ///< of its scores
+  };
   bool whole(const Eigen::Vector2d& blob) const;
   void begin(const Eigen::Vector2d& blob);
+  bool chosen() const;
+  /// Steps all hypotheses, or the best once it is chosen.
+  void step();
 
   image::Camera camera_;
-  std::vector<bool> left_;  ///< the sides that it may be of
-  HandTracker tracker_;
+  std::vector<Hypothesis> hypotheses_;
+  std::size_t best_ = 0;
+  int pictures_ = 0;  ///< since they began
   std::vector<std::uint8_t> hidden_;
   std::optional<HandSight> sight_;
   bool following_ = false;

@@ -300,10 +300,7 @@ void HandTracker::close_fingers(HandPose& pose, double share) const {
 void HandTracker::relocate() {
   constexpr std::size_t kRefined = 4;
   const bool several = guesses_.size() > 1;  // near the hand, but for the roll
-  const int tries = begun_    ? 6
-                    : several ? 3 * static_cast<int>(guesses_.size())
-                              : 24,
-            generations = begun_ ? 14 : 40;
+  const int tries = begun_ ? 6 : several ? 12 : 24, generations = begun_ ? 14 : 40;
   const std::size_t refined = begun_ ? 1 : kRefined;
   const double distance = std::min(0.03 + 0.002 * lost_, 0.08);
   const double angle = radians(std::min(20.0 + lost_, 40.0));

@@ -60,6 +60,16 @@ TEST(BlobTracker, TakesNoSleeveForAHiddenObject) {
               1e-9);  // nothing else for a second
 }
 
+TEST(BlobTracker, LeavesADotForTheWholeObject) {
+  BlobTracker tracker(TrackerLimits{});
+  const Region dot = rectangle(Kind::object, 150, 150, 11, 11);
+  tracker.update(std::vector<Region>{rectangle(Kind::object, 100, 100, 40, 40)});
+  tracker.update(std::vector<Region>{dot});  // the object is hidden, and appears elsewhere
+  for (int k = 0; k < 20; ++k)
+    tracker.update(std::vector<Region>{dot, rectangle(Kind::object, 400, 100, 40, 40)});
+  EXPECT_NEAR(tracker.blob(Kind::object).moments.mean_u(), 419.5, 1e-9);
+}
+
 TEST(BlobTracker, LeavesAPatchForAHandThatComesIn) {
   BlobTracker tracker(TrackerLimits{});
   const Region patch = rectangle(Kind::hand, 500, 400, 30, 30);
