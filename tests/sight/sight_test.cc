@@ -258,8 +258,10 @@ TEST(Renderer, IsAPureFunctionOfTimeAndSeed) {
 /// With two cameras the grip is read off the palm of the hand model: also where the palm is tilted
 /// and the hand is larger than told.
 TEST(Sight, TwoCamerasFollowTheHandItself) {
-  for (const bool full : {false, true}) {
+  for (const int k : {0, 1, 2, 3}) {
+    const bool full = k % 2 == 1;
     camera::Picture picture;
+    picture.looks.right_hand = k > 1;
     picture.script.lesson = lesson(full ? 4 : 0);
     picture.script.tilt_rad = full ? 0.25 : -0.25;
     picture.script.hand_scale = 1.05;
@@ -281,9 +283,9 @@ TEST(Sight, TwoCamerasFollowTheHandItself) {
     const vision::HandSight& hand = *watcher.hand()->sight();
     const camera::TeacherPose truth =
         camera::TeacherMotion(picture.script, picture.table).pose(grasp_s + 0.4);
-    EXPECT_LT((hand.wrist - truth.wrist).norm(), 0.05) << full;
+    EXPECT_LT((hand.wrist - truth.wrist).norm(), 0.05) << k;
     const double angle = std::acos(-truth.palm_normal.normalized().y());
-    EXPECT_NEAR(hand.palm_angle_rad, angle, 0.3) << full;
+    EXPECT_NEAR(hand.palm_angle_rad, angle, 0.3) << k;
     EXPECT_EQ(watcher.action().grip().value, full ? vision::Grip::full : vision::Grip::precision);
     // Drawn where it is, on a table that stands turned and elsewhere.
     vision::RobotTableSetup table;
@@ -299,7 +301,7 @@ TEST(Sight, TwoCamerasFollowTheHandItself) {
       const auto& p = ball.pose().position();
       middle += Eigen::Vector3d(p.x(), p.y(), p.z()) / drawn.entities(1).spheres_size();
     }
-    EXPECT_LT((middle - X_WT * hand.palm).norm(), 0.08) << full;
+    EXPECT_LT((middle - X_WT * hand.palm).norm(), 0.08) << k;
   }
 }
 
