@@ -183,8 +183,9 @@ class View(Running):
     def test_graph_says_who_publishes(self):
         with self.trusted() as client:
             client.say({"op": "subscribeConnectionGraph"})
-            topics = {t["name"]: t["publisherIds"] for t in client.op("connectionGraphUpdate")["publishedTopics"]}
-            self.assertEqual(topics["n/out"], ["n"])
+            publishers = client.until(lambda m: isinstance(m, dict) and m["op"] == "connectionGraphUpdate" and
+                                      {t["name"]: t["publisherIds"] for t in m["publishedTopics"]}.get("n/out"))
+            self.assertEqual(publishers, ["n"])
 
     def test_rubbish_is_answered_and_changes_nothing(self):
         with self.trusted() as client:
