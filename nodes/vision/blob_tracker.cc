@@ -9,10 +9,11 @@ namespace {
 
 constexpr double kFresh = 0.3;                    // weight of a region far from the last place
 constexpr double kLarger = 1.6, kSmaller = 0.05;  // than the object was
-constexpr double kMuch = 0.2;                     // of an object is seen: it is there
-constexpr double kJump = 1.5, kJumpMore = 0.25;   // of the object, and for each picture without it
-constexpr double kShrink = 0.99;                  // of its area, a picture: others are smaller
-constexpr int kLongGone = 30;                     // pictures without an object
+constexpr double kVisible = 0.2;                  // of an object is seen: it is there
+constexpr double kJump = 1.5,
+                 kJumpMore = 0.25;  // of the object, and for each picture without it
+constexpr double kShrink = 0.99;    // of its area, a picture: others are smaller
+constexpr int kLongGone = 30;       // pictures without an object
 
 /// Free pixels between two bounding boxes, the larger of the two directions; negative if they
 /// overlap.
@@ -123,7 +124,7 @@ void BlobTracker::follow_object(const Blob& blob) {
   const double area = blob.moments.area;
   objectless_ = blob.found() ? 0 : objectless_ + 1;
   if (objectless_ > kLongGone) object_area_ = 0.0;
-  if (!blob.found() || area < kMuch * object_area_) {
+  if (!blob.found() || area < kVisible * object_area_) {
     ++hidden_;
     return;
   }
