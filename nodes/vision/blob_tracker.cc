@@ -12,7 +12,6 @@ constexpr double kLarger = 1.6, kSmaller = 0.05;  // than the object was
 constexpr double kVisible = 0.2;                  // of an object is seen: it is there
 constexpr double kJump = 1.5,
                  kJumpMore = 0.25;  // of the object, and for each picture without it
-constexpr double kShrink = 0.99;    // of its area, a picture: others are smaller
 constexpr int kLongGone = 30;       // pictures without an object
 
 /// Free pixels between two bounding boxes, the larger of the two directions; negative if they
@@ -129,7 +128,7 @@ void BlobTracker::follow_object(const Blob& blob) {
     return;
   }
   hidden_ = 0;
-  object_area_ = std::max(kShrink * object_area_, area);
+  object_area_ = std::max(object_area_, area);
   object_place_ = {blob.moments.mean_u(), blob.moments.mean_v(), true};
 }
 

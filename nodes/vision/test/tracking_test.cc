@@ -70,6 +70,17 @@ TEST(BlobTracker, LeavesADotForTheWholeObject) {
   EXPECT_NEAR(tracker.blob(Kind::object).moments.mean_u(), 419.5, 1e-9);
 }
 
+TEST(BlobTracker, KnowsTheWholeObjectAfterAHandHasHeldItForLong) {
+  BlobTracker tracker(TrackerLimits{});
+  const Region whole = rectangle(Kind::object, 100, 100, 40, 40),
+               part = rectangle(Kind::object, 100, 100, 10, 40),
+               dot = rectangle(Kind::object, 150, 150, 11, 11);
+  tracker.update(std::vector<Region>{whole});
+  for (int k = 0; k < 200; ++k) tracker.update(std::vector<Region>{part, dot});
+  for (int k = 0; k < 20; ++k) tracker.update(std::vector<Region>{whole, dot});
+  EXPECT_GT(tracker.blob(Kind::object).moments.area, 1599.0);
+}
+
 TEST(BlobTracker, LeavesAPatchForAHandThatComesIn) {
   BlobTracker tracker(TrackerLimits{});
   const Region patch = rectangle(Kind::hand, 500, 400, 30, 30);
