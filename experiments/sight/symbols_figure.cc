@@ -132,7 +132,7 @@ reproduce::Figure symbols_figure() {
       .source = "M18",
       .rows = {.goal = 10},
       .compute = symbols,
-      .cpu_minutes = 36.0};
+      .cpu_minutes = 22.0};
 }
 
 }  // namespace mimesis::sight

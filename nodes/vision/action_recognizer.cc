@@ -98,8 +98,8 @@ void ActionRecognizer::judge_grip(const Sight& sight) {
     left_after_grip_ = false;
   }
   const auto& facing = sight.facing_angle_rad;
-  const double undecided =
-      angle_ == facing ? limits_.undecided_rad : limits_.undecided_palm_rad;  // no hand model
+  // Without a hand model the watcher tells where the hand is as the palm's angle, too.
+  const double undecided = angle_ == facing ? limits_.undecided_rad : limits_.undecided_palm_rad;
   if (angle_) grip_.vote(grip_at(*angle_, undecided), limits_.grip_votes, limits_.agreement);
   if (facing)
     facing_.vote(grip_at(*facing, limits_.undecided_rad), limits_.grip_votes, limits_.agreement);

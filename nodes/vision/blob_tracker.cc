@@ -10,9 +10,10 @@ namespace {
 constexpr double kFresh = 0.3;                    // weight of a region far from the last place
 constexpr double kLarger = 1.6, kSmaller = 0.05;  // than the object was
 constexpr double kVisible = 0.2;                  // of an object is seen: it is there
-constexpr double kJump = 1.5,
-                 kJumpMore = 0.25;  // of the object, and for each picture without it
-constexpr int kLongGone = 30;       // pictures without an object
+// How far the object may have moved since much of it was seen, and more for each picture since, in
+// memory_px.
+constexpr double kJump = 1.5, kJumpMore = 0.25;
+constexpr int kLongGone = 30;  // pictures without an object
 
 /// Free pixels between two bounding boxes, the larger of the two directions; negative if they
 /// overlap.
