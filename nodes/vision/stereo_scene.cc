@@ -78,6 +78,7 @@ std::vector<StereoScene::Pair> StereoScene::pairs(Kind kind, std::span<const Reg
                                                   std::span<const Region> right) const {
   // Of the logarithm of their ratio: a bar that points to one camera looks short to it.
   const double most = kind == Kind::bridge ? 1.2 : 0.5;
+  constexpr double kMiddles = 0.4;           // the worst of 300 drawn bars has 0.3
   constexpr double kBelow = 0.02, kFar = 3;  // [m]
   constexpr std::size_t kMost = 8;           // the largest; more are clutter
   std::array<std::vector<Outline>, 2> seen;
@@ -96,12 +97,15 @@ std::vector<StereoScene::Pair> StereoScene::pairs(Kind kind, std::span<const Reg
       const Outline &a = seen[0][i], &b = seen[1][k];
       const double off = image::epipolar_distance(cameras_[0], cameras_[1], a.mean, b.mean);
       const double ratio = std::abs(std::log(a.area / b.area));
-      if (off > limits_.epipolar_px || ratio > most) continue;
+      // The middle of a thing's picture is not that of the thing, by the square of its extent.
+      const double extent2 = std::max(a.spread.trace(), b.spread.trace()),
+                   far = limits_.epipolar_px + kMiddles * extent2 / cameras_[0].lens().fx_px;
+      if (off > far || ratio > most) continue;
       const std::array<image::Sighting, 2> rays{{{&cameras_[0], a.mean}, {&cameras_[1], b.mean}}};
       const auto met = image::triangulate(rays);
       // Regions of two things may lie on one line, too: one of the wrong pairs is below the table.
       if (!met || met->p_T.y() < -kBelow || met->p_T.norm() > kFar) continue;
-      candidates.push_back({i, k, off / limits_.epipolar_px + ratio / most});
+      candidates.push_back({i, k, off / far + ratio / most});
       possible.push_back({{a, b}, met->p_T});
     }
   }
@@ -242,6 +246,7 @@ bool StereoScene::covered(Kind kind, const Pair& pair) const {
 
 void StereoScene::see(Track& track, const Pair& pair) {
   constexpr int kSudden = 3;       // pictures elsewhere that are no outlier
+  constexpr int kPassed = 15;      // pictures in which what hid a part of it has passed
   constexpr double kWhole = 0.12;  // what is all in view keeps its area but for its distance
   track.missing = 0;
   track.thing.seen = true;
@@ -257,10 +262,12 @@ void StereoScene::see(Track& track, const Pair& pair) {
     least = std::min(least, share);
   }
   const double away = (pair.middle - usual).norm();
-  if (least < 1.0 - kAlikeAreas && away < kHere && covered(track.thing.kind, pair)) return;
+  const bool part = least < 1.0 - kAlikeAreas;
+  if (part && away < kHere && covered(track.thing.kind, pair)) return;
   track.elsewhere = away > limits_.moved_m ? track.elsewhere + 1 : 0;
   track.unlike = change > kWhole ? track.unlike + 1 : 0;
-  if (track.elsewhere >= kSudden && (track.unlike == 0 || track.unlike >= kMemory)) {
+  const int enough = part || away < kHere ? kPassed : kSudden;
+  if (track.elsewhere >= enough && (track.unlike == 0 || track.unlike >= kMemory)) {
     if (track.known) {
       changes_.push_back(fmt::format("{} {} moved by {:.0f} mm to {}", name(track.thing.kind),
                                      track.thing.id, 1e3 * away, in_words(pair.middle)));

@@ -33,7 +33,7 @@ struct RigAccuracy {
 
 struct SceneLimits {
   int min_area = 30;          ///< smaller regions are noise [pixels]
-  double epipolar_px = 4.0;   ///< regions of one thing are this near to each other's epipolar lines
+  double epipolar_px = 4.0;   ///< a small thing's regions are this near to their epipolar lines
   double rows_px = 0.7;       ///< rows of one thing in rectified pictures differ by less, rms
   double moved_m = 0.01;      ///< a thing that is seen this far from its place has moved
   int pictures = 5;           ///< as many are needed for a thing to be known

@@ -181,6 +181,55 @@ TEST(StereoScene, SpecksDoNotHideThatAThingWasMoved) {
   EXPECT_NE(said[1].find("goal_low 1 moved by 50 mm"), std::string::npos) << said[1];
 }
 
+/// Something of no class, so that only sizes and places tell that it hides a part of the thing.
+TEST(StereoScene, WhatPassesBeforeAThingDoesNotMoveIt) {
+  const auto cameras = pair();
+  StereoScene scene(cameras[0], cameras[1], SceneLimits{});
+  const Solid goal{Form::cylinder, {0.2, 0.06, 0.0}, 0.045, 0.02};
+  std::vector<std::string> said;
+  for (int i = 0; i < 60; ++i) {
+    auto outlines = seen(goal, cameras);
+    const double hidden = i < 20 || i > 33 ? 0.0 : std::min(0.01 * (i - 19), 0.1);
+    outlines[1].mean.x() += 0.5 * hidden * std::sqrt(12.0 * outlines[1].spread(0, 0));
+    outlines[1].area *= 1.0 - hidden;
+    scene.update(std::array{region(Kind::goal_low, outlines[0])},
+                 std::array{region(Kind::goal_low, outlines[1])});
+    said.insert(said.end(), scene.changes().begin(), scene.changes().end());
+    ASSERT_TRUE(i < 10 || scene.goals().size() == 1u) << i;
+  }
+  ASSERT_EQ(said.size(), 1u) << said.back();
+  EXPECT_NEAR((scene.goals()[0].solid.center - goal.center).norm(), 0.0, 1e-3);
+}
+
+/// The middles of its two pictures are far from each other's epipolar lines.
+TEST(StereoScene, ABarAcrossThePicturesIsOneThing) {
+  std::mt19937 random(12);
+  const auto between = [&random](double lo, double hi) {
+    return std::uniform_real_distribution<double>(lo, hi)(random);
+  };
+  double most = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    image::View left, right;
+    left.eye_m = {between(-0.2, 0.4), between(0.7, 1.0), between(0.8, 1.2)};
+    right.eye_m = {left.eye_m[0] + between(0.25, 0.4), left.eye_m[1] + between(-0.05, 0.05),
+                   left.eye_m[2] + between(-0.15, 0.15)};
+    left.target_m = right.target_m = {between(-0.1, 0.1), 0.25, 0.0};
+    const std::array cameras{image::Camera(left), image::Camera(right)};
+    Solid bar{Form::bar, {0.0, between(0.4, 0.48), 0.0}, 0.03, 0.74};
+    bar.yaw_rad = between(-0.2, 0.2);
+    const auto outlines = seen(bar, cameras);
+    most = std::max(
+        most, image::epipolar_distance(cameras[0], cameras[1], outlines[0].mean, outlines[1].mean));
+    StereoScene scene(cameras[0], cameras[1], SceneLimits{});
+    for (int i = 0; i < 8; ++i)
+      scene.update(std::array{region(Kind::bridge, outlines[0])},
+                   std::array{region(Kind::bridge, outlines[1])});
+    ASSERT_NE(scene.bridge(), nullptr) << k;
+    EXPECT_NEAR((scene.bridge()->solid.center - bar.center).norm(), 0.0, 2e-3) << k;
+  }
+  EXPECT_GT(most, SceneLimits{}.epipolar_px);  // else this shows nothing
+}
+
 TEST(StereoScene, CountsThingsThatDoNotMatchWhereCamerasAreSwapped) {
   const auto cameras = pair();
   const Solid object{Form::cylinder, {-0.2, 0.04, 0.0}, 0.03, 0.08},
