@@ -94,13 +94,15 @@ double ColorSpot::distance2(const Yuv& c) const {
     const Eigen::Vector2d off = Eigen::Vector2d(c.u, c.v) - mean;
     return off.dot(covariance.inverse() * off);
   }
-  constexpr double kGrey = 128.0, kPure = 1.0 / 6.0, kHalf = 0.5, kFaint = 6.0;
+  constexpr double kGrey = 128.0, kPure = 1.0 / 6.0, kHue = 1.0 / 20.0, kHalf = 0.5, kFaint = 6.0;
   const Eigen::Vector2d expected = c.y / y * (mean.array() - kGrey).matrix(),
                         chroma(c.u - kGrey, c.v - kGrey), off = chroma - expected;
   const bool faint = expected.norm() < kFaint;  // has no half that noise would leave alone
   if (!faint && chroma.dot(expected) < kHalf * expected.squaredNorm())
     return std::numeric_limits<double>::infinity();
-  const Eigen::Matrix2d wide = covariance + kPure * kPure * expected * expected.transpose();
+  const Eigen::Vector2d across(-expected.y(), expected.x());
+  const Eigen::Matrix2d wide = covariance + kPure * kPure * expected * expected.transpose() +
+                               kHue * kHue * across * across.transpose();
   return off.dot(wide.inverse() * off);
 }
 
@@ -124,9 +126,9 @@ Kind ColorTable::nearest(const Yuv& color) const {
 }
 
 Kind ColorTable::classify(const Eigen::Vector3d& bgr) const {
-  // In light brighter than the reference a channel at its end hides how bright it is: any value up
-  // to 255 of the reference light may be behind it.
-  constexpr double kClipped = 248.0, kBrighter = 0.95;
+  // A channel at its end hides how bright it is: in light brighter than the reference any value up
+  // to 255 of the reference light may be behind it, and of what was taught a little more.
+  constexpr double kClipped = 248.0, kBrighter = 0.95, kMore = 1.15;
   constexpr int kSteps = 4;
   Kind kind = Kind::none;
   bool clipped = true;
@@ -134,8 +136,10 @@ Kind ColorTable::classify(const Eigen::Vector3d& bgr) const {
     Eigen::Vector3d c = gain_.cwiseProduct(bgr);
     clipped = false;
     for (int i = 0; i < 3; ++i) {
-      if (bgr[i] < kClipped || gain_[i] > kBrighter) continue;
-      c[i] += (255.0 - c[i]) * step / kSteps;
+      if (bgr[i] < kClipped) continue;
+      const double most =
+          std::max(gain_[i] < kBrighter ? 255.0 : 0.0, spots_ ? kMore * c[i] : c[i]);
+      c[i] += (most - c[i]) * step / kSteps;
       clipped = true;
     }
     kind = nearest(to_yuv(c[0], c[1], c[2]));
