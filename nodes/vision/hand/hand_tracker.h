@@ -15,16 +15,16 @@ struct HandTrackerSetup {
   std::uint64_t seed = 1;
 
   // Weights of the cost, found on seeds that no reported figure uses.
-  double evidence_weight = 0.025;  ///< of a cell's log ratio: neighbouring cells depend [1]
-  double shading_weight = 1.0;     ///< of luma against colour [1]
-  double forearm_weight = 1.0;     ///< of skin on the forearm [1]
-  double motion_weight = 0.3;      ///< of leaving the prediction [1]
-  double habit_weight = 1.0;       ///< of unusual joint angles [1]
-  double momentum = 0.5;           ///< share of the last motion that is predicted to go on [1]
-  double shape_weight = 1.0;       ///< of a shape unlike the published one [1]
-  double learning_rate = 0.05;     ///< of the densities, per picture
+  double evidence_weight = 0.05;  ///< of a cell's log ratio: neighbouring cells depend [1]
+  double shading_weight = 0.4;    ///< of luma against colour [1]
+  double forearm_weight = 1.0;    ///< of skin on the forearm [1]
+  double motion_weight = 0.3;     ///< of leaving the prediction [1]
+  double habit_weight = 1.0;      ///< of unusual joint angles [1]
+  double momentum = 0.5;          ///< share of the last motion that is predicted to go on [1]
+  double shape_weight = 1.0;      ///< of a shape unlike the published one [1]
+  double learning_rate = 0.05;    ///< of the densities, per picture
   /// One camera knows the depth badly: standard deviation of it about that at the start; 0: free.
-  double depth_sd_m = 0.06;
+  double depth_sd_m = 0.045;
 };
 
 /// What is known of the hand after a picture.
