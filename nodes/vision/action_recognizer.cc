@@ -79,9 +79,9 @@ void ActionRecognizer::remember_start(const Sight& sight) {
   }
 }
 
-Grip ActionRecognizer::grip_at(double angle_rad, double undecided_rad) {
+Grip ActionRecognizer::grip_at(double angle_rad) const {
   const double beyond = angle_rad - std::numbers::pi / 4.0;
-  if (std::abs(beyond) < undecided_rad) return Grip::unknown;
+  if (std::abs(beyond) < limits_.undecided_rad) return Grip::unknown;
   return beyond > 0.0 ? Grip::full : Grip::precision;
 }
 
@@ -98,11 +98,8 @@ void ActionRecognizer::judge_grip(const Sight& sight) {
     left_after_grip_ = false;
   }
   const auto& facing = sight.facing_angle_rad;
-  // Without a hand model the watcher tells where the hand is as the palm's angle, too.
-  const double undecided = angle_ == facing ? limits_.undecided_rad : limits_.undecided_palm_rad;
-  if (angle_) grip_.vote(grip_at(*angle_, undecided), limits_.grip_votes, limits_.agreement);
-  if (facing)
-    facing_.vote(grip_at(*facing, limits_.undecided_rad), limits_.grip_votes, limits_.agreement);
+  if (angle_) grip_.vote(grip_at(*angle_), limits_.grip_votes, limits_.agreement);
+  if (facing) facing_.vote(grip_at(*facing), limits_.grip_votes, limits_.agreement);
   if (++near_ > 3 * limits_.grip_votes && grip_.symbol.value == Grip::unknown)
     grip_.symbol = facing_.symbol;
 }

@@ -16,7 +16,7 @@ struct Sight {
   std::optional<Eigen::Vector2d> wrist;         ///< by the hand model
   /// Palm's normal against the vertical [rad]: 0 from above, π/2 from the side.
   std::optional<double> palm_angle_rad;
-  /// The same if the palm faces the object [rad]: for what the hand model leaves open.
+  /// The same by where the palm is, if it faces the object [rad]: for what the other leaves open.
   std::optional<double> facing_angle_rad;
   std::optional<Eigen::Vector2d> bar;                  ///< middle of the bridge's bar
   std::optional<Eigen::Vector2d> goal_high, goal_low;  ///< where the object's centre would rest
@@ -31,21 +31,20 @@ struct Symbol {
 };
 
 struct RecognizerLimits {
-  int grip_votes = 10;               ///< pictures needed for the grip
-  int transport_votes = 5;           ///< pictures needed beside the bridge; 2 once it is passed
-  int rest_frames = 6;               ///< pictures without motion that make a rest
-  double agreement = 0.8;            ///< share of votes needed [1]
-  double reach_m = 0.17;             ///< palm and object belong together below it
-  double clearance_m = 0.054;        ///< without the hand model: least distance of palm and object
-  double undecided_rad = 0.1745;     ///< abstain this close to the boundary of 45°
-  double undecided_palm_rad = 0.38;  ///< the same for the palm of the hand model
-  double bridge_zone_m = 0.09;       ///< transport is judged this far to both sides of the bar
-  double bridge_margin_m = 0.012;    ///< abstain this close to the bar's middle height
-  double moved_m = 0.03;             ///< the object has left its place
-  double still_m = 0.006;            ///< motion within a rest
-  double goal_radius_m = 0.05;       ///< recognizer: rest this close counts; sizes: a cap
-  double light_luma = 104.0;         ///< boundary between a light and a dark object
-  double undecided_luma = 12.0;      ///< abstain this close to it
+  int grip_votes = 10;             ///< pictures needed for the grip
+  int transport_votes = 5;         ///< pictures needed beside the bridge; 2 once it is passed
+  int rest_frames = 6;             ///< pictures without motion that make a rest
+  double agreement = 0.8;          ///< share of votes needed [1]
+  double reach_m = 0.17;           ///< palm and object belong together below it
+  double clearance_m = 0.054;      ///< least distance of a grasping palm and the object
+  double undecided_rad = 0.1745;   ///< abstain this close to the boundary of 45°
+  double bridge_zone_m = 0.09;     ///< transport is judged this far to both sides of the bar
+  double bridge_margin_m = 0.012;  ///< abstain this close to the bar's middle height
+  double moved_m = 0.03;           ///< the object has left its place
+  double still_m = 0.006;          ///< motion within a rest
+  double goal_radius_m = 0.05;     ///< recognizer: rest this close counts; sizes: a cap
+  double light_luma = 104.0;       ///< boundary between a light and a dark object
+  double undecided_luma = 12.0;    ///< abstain this close to it
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -56,7 +55,6 @@ struct RecognizerLimits {
     v("reach_m", reach_m, 0.01, 2.0);
     v("clearance_m", clearance_m, 0.0, 1.0);
     v("undecided_rad", undecided_rad, 0.0, 0.7);
-    v("undecided_palm_rad", undecided_palm_rad, 0.0, 0.7);
     v("bridge_zone_m", bridge_zone_m, 0.01, 1.0);
     v("bridge_margin_m", bridge_margin_m, 0.0, 0.5);
     v("moved_m", moved_m, 0.001, 1.0);
@@ -107,7 +105,7 @@ class ActionRecognizer {
 
   void remember_start(const Sight& sight);
   void judge_grip(const Sight& sight);
-  static Grip grip_at(double angle_rad, double undecided_rad);
+  Grip grip_at(double angle_rad) const;
   void judge_transport(const Sight& sight);
   void judge_goal(const Sight& sight);
   bool object_still(const Sight& sight);

@@ -107,9 +107,11 @@ TableWatcher::TableWatcher(const WatcherSetup& setup)
 }
 
 std::optional<Vector2d> TableWatcher::place(Kind kind, const Body& body) const {
+  constexpr double kBelow = 0.05;  // [m] under the table is nothing
   const Blob& blob = tracker_.blob(kind);
   if (!blob.found()) return std::nullopt;
-  return locate(camera_, body, {blob.moments.mean_u(), blob.moments.mean_v()});
+  const auto at = locate(camera_, body, {blob.moments.mean_u(), blob.moments.mean_v()});
+  return at && at->y() > -kBelow ? at : std::nullopt;
 }
 
 void TableWatcher::look() {
@@ -187,8 +189,9 @@ void TableWatcher::look_at_hand() {
   if (palm_) sight_.palm = camera_.on_plane(palm_->center.x(), palm_->center.y());
 }
 
-/// Grip and transport are read off the hand model until they are decided. Without it the palm is
-/// taken to face the object.
+/// Grip and transport are read off the hand model until they are decided. A palm that grasps faces
+/// the object: how the model is turned and where the palm is are two measurements of one angle,
+/// with errors of their own. Without a model the second is all there is.
 void TableWatcher::follow_hand() {
   sight_.facing_angle_rad.reset();
   if (sight_.palm && sight_.object)
@@ -200,7 +203,8 @@ void TableWatcher::follow_hand() {
   hand_->follow(sight_.palm);
   if (!hand_->sight()) return;
   sight_.wrist = hand_->sight()->wrist.head<2>();
-  sight_.palm_angle_rad = hand_->sight()->palm_angle_rad;
+  if (sight_.facing_angle_rad)
+    sight_.palm_angle_rad = 0.5 * (hand_->sight()->palm_angle_rad + *sight_.facing_angle_rad);
 }
 
 const image::Image& TableWatcher::as_bgr(const YuyvImage& picture) {
@@ -215,15 +219,15 @@ const image::Image& TableWatcher::as_bgr(const YuyvImage& picture) {
   return bgr_;
 }
 
-bool TableWatcher::two_hands() const {
+void TableWatcher::look_for_second_hand() {
   const Blob& hand = blob(Kind::hand);
+  bool seen = false;
   for (std::size_t i = 0; i < regions().size(); ++i) {
     const Region& r = regions()[i];
-    if (r.kind == Kind::hand && r.moments.area >= min_hand_area_ &&
-        !std::ranges::binary_search(hand.regions, static_cast<int>(i)))
-      return true;
+    seen |= r.kind == Kind::hand && r.moments.area >= min_hand_area_ &&
+            !std::ranges::binary_search(hand.regions, static_cast<int>(i));
   }
-  return false;
+  second_hand_ = seen ? second_hand_ + 1 : 0;
 }
 
 template <class Picture>
@@ -283,6 +287,7 @@ void TableWatcher::watch_any(const Picture& picture) {
   follow_hand();
   right_new_ = false;
   sight_.object_luma = object_luma(picture);
+  look_for_second_hand();
   if (!two_hands()) recognizer_.update(sight_);
 }
 

@@ -124,8 +124,9 @@ class TableWatcher {
   const ActionRecognizer& action() const { return recognizer_; }
   /// The hand by its model; null with one camera, or where a hand is too small for it.
   const TeacherHand* hand() const { return hand_ ? &*hand_ : nullptr; }
-  /// A second skin region as large as a hand: symbols would mean nothing.
-  bool two_hands() const;
+  /// A second skin region as large as a hand, and no part of an arm that something cuts in two for
+  /// moments: symbols would mean nothing.
+  bool two_hands() const { return second_hand_ >= kSecondHand; }
   /// Lower edge of the bar above the table [m]; nothing without a bridge.
   std::optional<double> bridge_height_m() const;
   const TableSizes& sizes() const { return sizes_; }
@@ -145,6 +146,7 @@ class TableWatcher {
   template <class Picture>
   void watch_right_any(const Picture& picture);
   void leave_out_skin_of_table();
+  void look_for_second_hand();
   void look();
   void look_with_one();
   void look_with_two();
@@ -166,7 +168,8 @@ class TableWatcher {
   std::optional<TableSkin> table_skin_;
   std::optional<StereoScene> stereo_;
   BlobTracker tracker_;
-  int min_hand_area_;
+  static constexpr int kSecondHand = 10;  // pictures in a row
+  int min_hand_area_, second_hand_ = 0;
   double clearance_m_;
   std::optional<TeacherHand> hand_;
   image::Image bgr_;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "nodes/camera/random_scene.h"
+#include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/robot_table.h"
 #include "nodes/vision/sight_drawing_node.h"
 #include "tests/sight/demonstration.h"
@@ -303,6 +304,36 @@ TEST(Sight, TwoCamerasFollowTheHandItself) {
     }
     EXPECT_LT((middle - X_WT * hand.palm).norm(), 0.08) << k;
   }
+}
+
+/// The hand model turns this narrow hand half way round, but it is right above the object.
+TEST(Sight, APalmThatIsTurnedWrongDoesNotChangeTheGrip) {
+  constexpr std::uint64_t kSeed = 6110;
+  camera::Picture usual;
+  usual.script.lesson = {camera::Grip::precision, camera::Transport::below, camera::Goal::low};
+  usual.script.color = camera::Color::dark;
+  usual.script.duration_s = 6.073325;
+  const camera::RandomScene scene = camera::random_scene(usual, kSeed);
+  camera::Renderer left(scene.picture, scene.cameras[0], 0),
+      right(scene.picture, scene.cameras[1], 1);
+  const auto cameras = camera::calibrated(scene.cameras, kSeed);
+  vision::WatcherSetup setup;
+  setup.camera = cameras[0];
+  setup.right = cameras[1];
+  vision::TableWatcher watcher(setup);
+  image::Image a, b;
+  left.render(0.0, a);
+  std::vector<vision::TaughtRegion> lesson;
+  for (const camera::Click& c : camera::clicks(scene.picture, scene.cameras[0]))
+    lesson.push_back({vision::kind_named(c.name, "click"), c.left, c.top, c.width, c.height});
+  ASSERT_TRUE(watcher.teach(a, lesson));
+  for (double t = 0.0; t < 2.6; t += kFrame) {
+    left.render(t, a);
+    right.render(t, b);
+    watcher.watch_right(b);
+    watcher.watch(a);
+  }
+  EXPECT_EQ(watcher.action().grip().value, vision::Grip::precision);
 }
 
 }  // namespace

@@ -200,16 +200,6 @@ TEST_F(Stage, ASinglePictureOfTheObjectElsewhereChangesNothing) {
   EXPECT_EQ(recognizer_.grip().value, Grip::precision);
 }
 
-TEST_F(Stage, APalmHalfWayRoundDecidesNothing) {
-  show(start_, std::nullopt, 20);
-  angle_ = 1.1;
-  sight_.facing_angle_rad = 0.1;  // the hand is above
-  show(start_, start_ + from_above_, 25);
-  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
-  show(start_, start_ + from_above_, 10);
-  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
-}
-
 TEST_F(Stage, ThePalmOutvotesWhereTheHandIs) {
   sight_.facing_angle_rad = kFromSide;
   grasp(from_above_, 40);  // from above by the palm

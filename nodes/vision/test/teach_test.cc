@@ -117,6 +117,26 @@ TEST(Teach, ARegionOfLightAndShadeTeachesTheSameColourAsOneInLight) {
   EXPECT_LT((ratio(*mixed) - ratio(*lit)).norm(), 0.05 * ratio(*lit).norm());
 }
 
+/// A face that looks to the lamp: a quarter brighter, a little warmer, and its strongest channel at
+/// its end.
+TEST(Teach, KnowsTheTaughtColourWhereItIsOverexposed) {
+  const ColorTable table(teach(scene(9, 6.0, 1.0).image, kRegions)->spots);
+  Scene s = scene(9, 0.0, 1.0);
+  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bridge, Kind::goal_low};
+  int clipped = 0;
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    std::array<std::uint8_t, 3> lit{};
+    const double brightest = std::ranges::max(s.colors.at(k)), gain = 1.1 * 255.0 / brightest;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double warmth = c == 0 ? 0.97 : c == 2 ? 1.03 : 1.0, value = s.colors.at(k).at(c);
+      lit.at(c) = static_cast<std::uint8_t>(std::min(255.0, gain * warmth * value));
+      clipped += lit.at(c) == 255 ? 1 : 0;
+    }
+    EXPECT_EQ(table.label(lit[0], lit[1], lit[2]), kinds.at(k)) << k;
+  }
+  EXPECT_GE(clipped, 4);
+}
+
 TEST(Teach, WarnsOfClassesThatLookAlike) {
   const Scene s = scene(6, 3.0, 1.0);
   std::vector<TaughtRegion> regions = kRegions;
@@ -172,8 +192,26 @@ TEST(Teach, WhatHasTheColourOfSkinOnATableWithoutAHandIsNone) {
   EXPECT_FALSE(watcher.two_hands());
   EXPECT_NEAR(watcher.blob(Kind::hand).moments.mean_v(), 229.5, 1.0);
   watcher.watch(table_with(false, true));  // it was taken away: what comes there may be a hand
+  for (int k = 0; k < 9; ++k) watcher.watch(table_with(true, true));
+  EXPECT_FALSE(watcher.two_hands());  // it may be a part of the same arm
   watcher.watch(table_with(true, true));
   EXPECT_TRUE(watcher.two_hands());
+}
+
+TEST(Teach, NothingIsUnderTheTable) {
+  TableWatcher watcher{WatcherSetup{}};
+  const image::Image taught = table_with(false, false);
+  ASSERT_TRUE(watcher.teach(taught, std::array{TaughtRegion{Kind::object, 305, 205, 30, 60}}));
+  for (int k = 0; k < 20; ++k) watcher.watch(taught);
+  EXPECT_TRUE(watcher.sight().object);
+  image::Image below = taught;
+  for (int v = 200; v < 270; ++v) {
+    for (int u = 300; u < 340; ++u)
+      std::swap_ranges(below.at(u, v), below.at(u, v) + 3, below.at(u, v + 200));
+  }
+  for (int k = 0; k < 40; ++k) watcher.watch(below);  // until it may be anywhere
+  EXPECT_TRUE(watcher.blob(Kind::object).found());
+  EXPECT_FALSE(watcher.sight().object);
 }
 
 TEST(Teach, AHandThatIsTaughtIsInThePicture) {
