@@ -32,11 +32,12 @@ tl::expected<std::vector<std::uint8_t>, Status> read_bytes(const std::filesystem
   return std::vector<std::uint8_t>(std::istreambuf_iterator<char>(file), {});
 }
 
-tl::expected<void, Status> write_bytes(const std::filesystem::path& path, const void* data,
-                                       std::size_t size) {
+tl::expected<void, Status> write_bytes(const std::filesystem::path& path,
+                                       const tl::expected<std::string, Status>& bytes) {
+  if (!bytes) return fail(path.string() + ": " + bytes.error().reason);
   errno = 0;
   std::ofstream file(path, std::ios::binary);
-  file.write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
+  file << *bytes;
   file.close();
   if (!file) return fail(path.string() + ": cannot be written: " + std::strerror(errno));
   return {};
@@ -101,30 +102,38 @@ tl::expected<Image, Status> read_image(const std::filesystem::path& path) {
   return image;
 }
 
-tl::expected<void, Status> write_png(const std::filesystem::path& path, const Image& image) {
+tl::expected<std::string, Status> encode_png(const Image& image) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_BGR;
-  std::vector<std::uint8_t> file(PNG_IMAGE_PNG_SIZE_MAX(png));
+  std::string file(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
   png_alloc_size_t size = file.size();
-  if (png_image_write_to_memory(&png, file.data(), &size, 0, image.bgr.data(), 0, nullptr) == 0) {
-    return fail(path.string() + ": " + png.message);
-  }
-  return write_bytes(path, file.data(), size);
+  if (png_image_write_to_memory(&png, file.data(), &size, 0, image.bgr.data(), 0, nullptr) == 0)
+    return fail(png.message);
+  file.resize(size);
+  return file;
 }
 
-tl::expected<void, Status> write_jpeg(const std::filesystem::path& path, const Image& image,
-                                      int quality) {
+tl::expected<std::string, Status> encode_jpeg(const Image& image, int quality) {
   const Turbo turbo(tjInitCompress());
   unsigned char* data = nullptr;
   unsigned long size = 0;
   const int failed = tjCompress2(turbo.get(), image.bgr.data(), image.width, 3 * image.width,
                                  image.height, TJPF_BGR, &data, &size, TJSAMP_444, quality, 0);
   const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owned(data, tjFree);
-  if (failed != 0) return fail(path.string() + ": " + tjGetErrorStr2(turbo.get()));
-  return write_bytes(path, data, size);
+  if (failed != 0) return fail(tjGetErrorStr2(turbo.get()));
+  return std::string(reinterpret_cast<const char*>(data), size);
+}
+
+tl::expected<void, Status> write_png(const std::filesystem::path& path, const Image& image) {
+  return write_bytes(path, encode_png(image));
+}
+
+tl::expected<void, Status> write_jpeg(const std::filesystem::path& path, const Image& image,
+                                      int quality) {
+  return write_bytes(path, encode_jpeg(image, quality));
 }
 
 }  // namespace mimesis::image

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "common/image/image_file.h"
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "common/runtime/bus.h"
@@ -38,9 +39,13 @@ std::unique_ptr<Source> open_camera(const CameraParams& p, runtime::Bus& bus) {
   }
   const image::View& view = p.picture.view;
   auto device = replaying ? nullptr : v4l2_device(p.path, view.width_px, view.height_px);
-  if (!p.record_frames) return std::make_unique<Capture>(std::move(device), p.path, monotonic);
+  const Light light = p.light == "locked"     ? Light::locked
+                      : p.light == "followed" ? Light::followed
+                                              : Light::device;
+  if (!p.record_frames)
+    return std::make_unique<Capture>(std::move(device), p.path, monotonic, light);
   return std::make_unique<Capture>(record_device(std::move(device), bus), p.path,
-                                   record_clock(monotonic, bus));
+                                   record_clock(monotonic, bus), light);
 }
 
 std::unique_ptr<Source> open_source(const CameraParams& p, runtime::Bus& bus) {
@@ -62,6 +67,8 @@ void CameraParams::visit(runtime::ParamVisitor& v) {
   v("source", source, {"renderer", "robot", "v4l2", "video", "folder"});
   v.file("path", path, "device, film or folder of images", false);
   v("record_frames", record_frames);
+  v("light", light, {"device", "followed", "locked"});
+  v("packed", packed, {"none", "jpeg", "png"});
   v("repeat", repeat, 1, 1000000);
   v("teacher", teacher);
   v("color", color, {"light", "dark"});
@@ -130,8 +137,8 @@ v1::ColorLesson lesson_of(const std::vector<Click>& clicks) {
 CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       picture_(picture_of(params)),
-      image_(bus, "image"),
-      right_(bus, "right"),
+      images_{{{bus, "image"}, {bus, "right"}}},
+      packed_{{{bus, "packed"}, {bus, "packed_right"}}},
       rig_(bus, "rig", {.latched = true}),
       lesson_(bus, "lesson", {.latched = true}),
       truth_(bus, "truth"),
@@ -165,15 +172,14 @@ void CameraNode::step(runtime::Time now) { rendered() ? step_rendered(now) : ste
 void CameraNode::step_source(runtime::Time now) {
   const std::optional<Frame> frame = source_->next(now);
   if (const std::string news = source_->news(); !news.empty()) runtime::warn("{}", news);
-  if (frame) send(*frame->image, image_, frame->stamp);
+  if (frame) send(*frame->image, 0, frame->stamp);
 }
 
 void CameraNode::step_rendered(runtime::Time now) {
   if (!(params_.source == "robot" ? render_robot(now) : render_teacher(now))) return;
   if (!first_sent_) publish_first(now);
   first_sent_ = true;
-  send(pictures_[0], image_, now);
-  if (pictures_.size() > 1) send(pictures_[1], right_, now);
+  for (std::size_t eye = 0; eye < pictures_.size(); ++eye) send(pictures_[eye], eye, now);
 }
 
 bool CameraNode::render_teacher(runtime::Time now) {
@@ -236,13 +242,22 @@ void CameraNode::publish_first(runtime::Time stamp) {
   lesson_.send(lesson, stamp);
 }
 
-void CameraNode::send(const image::Image& image, runtime::Out<foxglove::RawImage>& out,
-                      runtime::Time stamp) {
+void CameraNode::send(const image::Image& image, std::size_t eye, runtime::Time stamp) {
+  constexpr int kQuality = 90;
   message_.set_width(static_cast<std::uint32_t>(image.width));
   message_.set_height(static_cast<std::uint32_t>(image.height));
   message_.set_step(3 * static_cast<std::uint32_t>(image.width));
   message_.set_data(image.bgr.data(), image.bgr.size());
-  out.send(message_, stamp);
+  images_.at(eye).send(message_, stamp);
+  if (params_.packed == "none") return;
+  auto bytes =
+      params_.packed == "png" ? image::encode_png(image) : image::encode_jpeg(image, kQuality);
+  if (!bytes) return runtime::warn("{}", bytes.error().reason);
+  foxglove::CompressedImage packed;
+  packed.set_data(std::move(*bytes));
+  packed.set_format(params_.packed);
+  packed.set_frame_id(message_.frame_id());
+  packed_.at(eye).send(packed, stamp);
 }
 
 void CameraNode::change(const Params& params) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +25,9 @@ struct CameraParams {
   std::string source = "renderer";  ///< renderer (teacher), robot (rendered), v4l2, video, folder
   std::string path;                 ///< device, film or folder
   bool record_frames = false;       ///< v4l2: keeps the device's frames, for replays
+  std::string light = "device";     ///< v4l2: exposure and white balance: device (as they are),
+                                    ///< followed (automatic) or locked (a second after opening)
+  std::string packed = "none";      ///< images are also told as: none, jpeg, png (lossless)
   int repeat = 1;  ///< number of demonstrations, or of passes of a film or folder [1]
   std::string teacher = "precision,above,high";  ///< renderer: grip,transport,goal
   std::string color = "light";                   ///< renderer: colour of the object
@@ -56,13 +60,14 @@ class CameraNode {
   void aim_at(const kin::Table& table, const Eigen::Vector3d& origin);
   void publish_first(runtime::Time stamp);
   void publish_truth(const Truth& truth, runtime::Time stamp);
-  void send(const image::Image& image, runtime::Out<foxglove::RawImage>& out, runtime::Time stamp);
+  void send(const image::Image& image, std::size_t eye, runtime::Time stamp);
   bool rendered() const { return params_.source == "renderer" || params_.source == "robot"; }
 
   Params params_;
   Picture picture_;
   foxglove::RawImage message_;
-  runtime::Out<foxglove::RawImage> image_, right_;
+  std::array<runtime::Out<foxglove::RawImage>, 2> images_;
+  std::array<runtime::Out<foxglove::CompressedImage>, 2> packed_;
   runtime::Out<v1::CameraRig> rig_;
   runtime::Out<v1::ColorLesson> lesson_;
   runtime::Out<v1::TeacherScene> truth_;

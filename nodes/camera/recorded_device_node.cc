@@ -48,12 +48,11 @@ class RecordedDevice final : public FrameDevice {
       : device_(std::move(device)), graph_(graph) {}
 
   tl::expected<void, Status> open() override {
-    const std::string bytes = runtime::read_outside(graph_, kName, [&] {
-      const auto opened = device_->open();
-      return opened ? std::string(1, '\1') : '\0' + opened.error().reason;
-    });
-    if (bytes.starts_with('\1')) return {};
-    return tl::unexpected(Status{bytes.empty() ? bytes : bytes.substr(1)});
+    return outcome([this] { return device_->open(); });
+  }
+
+  tl::expected<void, Status> set_light(Light light) override {
+    return outcome([this, light] { return device_->set_light(light); });
   }
 
   void close() override {
@@ -69,6 +68,16 @@ class RecordedDevice final : public FrameDevice {
   }
 
  private:
+  template <class Action>
+  tl::expected<void, Status> outcome(const Action& action) {
+    const std::string bytes = runtime::read_outside(graph_, kName, [&] {
+      const tl::expected<void, Status> done = action();
+      return done ? std::string(1, '\1') : '\0' + done.error().reason;
+    });
+    if (bytes.starts_with('\1')) return {};
+    return tl::unexpected(Status{bytes.empty() ? bytes : bytes.substr(1)});
+  }
+
   std::unique_ptr<FrameDevice> device_;
   runtime::Bus& graph_;
 };

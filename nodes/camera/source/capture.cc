@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
@@ -19,6 +20,7 @@ namespace {
 using std::chrono::milliseconds;
 constexpr milliseconds kSilence{450};  // reported within 0.5 s at 30 Hz
 constexpr milliseconds kRetry{500};
+constexpr milliseconds kSettled{1000};  // the automatics have found the light
 
 constexpr unsigned kBuffers = 4;
 
@@ -50,6 +52,33 @@ class V4l2Device final : public FrameDevice {
   }
 
   void close() override { release(); }
+
+  tl::expected<void, Status> set_light(Light light) override {
+    struct Automatic {
+      std::uint32_t id;
+      int on, off;
+      std::uint32_t value;
+      const char* name;
+    };
+    constexpr std::array<Automatic, 3> kAutomatics{
+        {{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY, V4L2_EXPOSURE_MANUAL,
+          V4L2_CID_EXPOSURE_ABSOLUTE, "exposure"},
+         {V4L2_CID_AUTOGAIN, 1, 0, V4L2_CID_GAIN, "gain"},
+         {V4L2_CID_AUTO_WHITE_BALANCE, 1, 0, V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance"}}};
+    const bool lock = light == Light::locked;
+    for (const Automatic& a : kAutomatics) {
+      v4l2_control found{a.value, 0}, automatic{a.id, lock ? a.off : a.on};
+      const bool known = lock && control(VIDIOC_G_CTRL, &found);
+      errno = 0;
+      const bool done =
+          control(VIDIOC_S_CTRL, &automatic) && (!known || control(VIDIOC_S_CTRL, &found));
+      if (done || errno == EINVAL) continue;  // EINVAL: it has no such automatic
+      return tl::unexpected(Status{std::string(a.name) +
+                                   (lock ? " cannot be locked: " : " cannot be made automatic: ") +
+                                   std::strerror(errno)});
+    }
+    return {};
+  }
 
   Taken take_newest(RawFrame& out) override {
     bool found = false;
@@ -169,8 +198,12 @@ tl::expected<void, Status> decode(const RawFrame& raw, image::Image& out) {
   return {};
 }
 
-Capture::Capture(std::unique_ptr<FrameDevice> device, std::string name, Clock monotonic)
-    : device_(std::move(device)), name_(std::move(name)), monotonic_(std::move(monotonic)) {}
+Capture::Capture(std::unique_ptr<FrameDevice> device, std::string name, Clock monotonic,
+                 Light light)
+    : device_(std::move(device)),
+      name_(std::move(name)),
+      monotonic_(std::move(monotonic)),
+      light_(light) {}
 
 std::string Capture::news() { return std::exchange(news_, {}); }
 
@@ -182,6 +215,11 @@ void Capture::lose(std::chrono::nanoseconds at, const std::string& why) {
   reported_ = true;
 }
 
+void Capture::set_light(Light light) {
+  const auto set = device_->set_light(light);
+  if (!set) news_ = name_ + ": " + set.error().reason;
+}
+
 void Capture::reopen(std::chrono::nanoseconds at) {
   if (at < next_try_) return;
   const auto opened = device_->open();
@@ -190,7 +228,9 @@ void Capture::reopen(std::chrono::nanoseconds at) {
     return;
   }
   open_ = true;
-  last_frame_ = at;
+  opened_ = last_frame_ = at;
+  light_set_ = light_ != Light::locked;
+  if (light_ != Light::device) set_light(Light::followed);
 }
 
 std::optional<Frame> Capture::next(std::chrono::nanoseconds now) {
@@ -214,6 +254,10 @@ std::optional<Frame> Capture::next(std::chrono::nanoseconds now) {
   }
   if (reported_) news_ = name_ + ": frames again";
   reported_ = false;
+  if (!light_set_ && at - opened_ >= kSettled) {
+    set_light(Light::locked);
+    light_set_ = true;
+  }
   // The driver stamps on the monotonic clock; the frame's age is the same on the graph's.
   return Frame{&image_, now - (monotonic_() - raw_.captured)};
 }

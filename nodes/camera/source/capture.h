@@ -23,6 +23,8 @@ struct RawFrame {
 };
 
 enum class Taken { frame, none, gone };
+/// Exposure, gain and white balance: as the camera has them, automatic, or no longer changed.
+enum class Light { device, followed, locked };
 
 /// A camera as the kernel offers it; replaced by a fake in tests.
 class FrameDevice {
@@ -32,30 +34,36 @@ class FrameDevice {
   virtual void close() = 0;
   /// Hands over the newest frame waiting in the driver and drops older ones; does not wait.
   virtual Taken take_newest(RawFrame& out) = 0;
+  /// Switches the camera's automatics on, or off with the values they have found. What a camera
+  /// does not have is left alone.
+  virtual tl::expected<void, Status> set_light(Light light) = 0;
 };
 
 /// Turns a raw frame into an image; a damaged or truncated one is refused with a reason.
 tl::expected<void, Status> decode(const RawFrame& raw, image::Image& out);
 
 /// A live camera. One that is unplugged or silent for 0.5 s is reported, closed and reopened every
-/// 0.5 s.
+/// 0.5 s. Light is locked when frames have come for a second: until then the automatics find it.
 class Capture final : public Source {
  public:
   using Clock = std::function<std::chrono::nanoseconds()>;  ///< monotonic
   /// @param name of the device, for messages
-  Capture(std::unique_ptr<FrameDevice> device, std::string name, Clock monotonic);
+  Capture(std::unique_ptr<FrameDevice> device, std::string name, Clock monotonic,
+          Light light = Light::device);
   std::optional<Frame> next(std::chrono::nanoseconds now) override;
   std::string news() override;
 
  private:
   void reopen(std::chrono::nanoseconds at);
   void lose(std::chrono::nanoseconds at, const std::string& why);
+  void set_light(Light light);
 
   std::unique_ptr<FrameDevice> device_;
   std::string name_;
   Clock monotonic_;
-  bool open_ = false, reported_ = false;
-  std::chrono::nanoseconds last_frame_{}, next_try_{};
+  Light light_;
+  bool open_ = false, reported_ = false, light_set_ = false;
+  std::chrono::nanoseconds opened_{}, last_frame_{}, next_try_{};
   RawFrame raw_;
   image::Image image_;
   std::string news_;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "common/image/image_file.h"
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "common/testing/loopback.h"
@@ -29,6 +32,35 @@ TEST(CameraNode, PublishesAnImageAndTheTruthPerStep) {
     EXPECT_EQ(truth->header().stamp_ns(), stamp);
     EXPECT_NEAR(truth->object_x_m(), -0.27, 1e-9);
     EXPECT_TRUE(truth->complete());
+  }
+}
+
+TEST(CameraNode, TellsItsImagesPackedOnRequest) {
+  for (const std::string format : {"png", "jpeg"}) {
+    testing::Loopback bus;
+    CameraParams params;
+    params.packed = format;
+    params.stereo = true;
+    CameraNode node(params, bus);
+    node.step(2s);
+    for (const std::string eye : {"", "right"}) {
+      const auto image = bus.take<foxglove::RawImage>(eye.empty() ? "image" : eye);
+      const auto packed =
+          bus.take<foxglove::CompressedImage>(eye.empty() ? "packed" : "packed_" + eye);
+      ASSERT_TRUE(image && packed);
+      EXPECT_EQ(packed->format(), format);
+      EXPECT_EQ(packed->timestamp().seconds(), 2);
+      EXPECT_LT(packed->data().size(), 0.6 * static_cast<double>(image->data().size()));
+      const std::string file = ::testing::TempDir() + "packed";
+      std::ofstream(file, std::ios::binary) << packed->data();
+      const auto read = image::read_image(file);
+      ASSERT_TRUE(read) << read.error().reason;
+      double off = 0.0;
+      for (std::size_t i = 0; i < read->bgr.size(); ++i)
+        off += std::abs(read->bgr[i] - static_cast<std::uint8_t>(image->data()[i]));
+      off /= static_cast<double>(read->bgr.size());
+      EXPECT_LT(off, format == "png" ? 1e-9 : 5.0);
+    }
   }
 }
 

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <linux/videodev2.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -68,12 +69,23 @@ TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
   peer.open();
   ::setenv("LD_PRELOAD", MIMESIS_FAKE_V4L2, 1);
   ::setenv("MIMESIS_FAKE_CAMERA", device.c_str(), 1);
-  Process camera(graph, kCamera, {"--set", "source=v4l2", "--set", "path=" + device});
+  Process camera(graph, kCamera,
+                 {"--set", "source=v4l2", "--set", "path=" + device, "--set", "light=locked"});
   ::unsetenv("LD_PRELOAD");
   const auto says = [&](const char* words) {
     return peer.until([&] { return camera.errors().find(words) != std::string::npos; }, 30s);
   };
   ASSERT_TRUE(peer.receive(image, 30s)) << camera.errors();
+  const auto told = [&] {
+    std::ifstream file(device + ".controls");
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  // All automatics on, then each off with the value that it has found.
+  const std::string exposure = std::to_string(V4L2_CID_EXPOSURE_AUTO),
+                    exposed = std::to_string(V4L2_CID_EXPOSURE_ABSOLUTE);
+  EXPECT_TRUE(peer.until([&] { return told().ends_with("=123\n"); }, 30s)) << told();
+  EXPECT_TRUE(told().starts_with(exposure + "=3\n")) << told();
+  EXPECT_NE(told().find(exposure + "=1\n" + exposed + "=123\n"), std::string::npos) << told();
   std::filesystem::remove(device);
   EXPECT_TRUE(says("unplugged, trying to reopen")) << camera.errors();
   while (peer.receive(image, 100ms)) {
@@ -84,6 +96,7 @@ TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
   EXPECT_TRUE(says("frames again")) << camera.errors();
   EXPECT_EQ(camera.terminate(), 0) << camera.errors();
   std::filesystem::remove(device);
+  std::filesystem::remove(device + ".controls");
 }
 #endif
 

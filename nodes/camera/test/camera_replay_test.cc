@@ -22,6 +22,10 @@ class Scripted final : public FrameDevice {
     return {};
   }
   void close() override {}
+  tl::expected<void, Status> set_light(Light light) override {
+    if (light == Light::followed) return {};
+    return tl::unexpected(Status{"gain cannot be locked: Input/output error"});
+  }
   Taken take_newest(RawFrame& out) override {
     const int k = asked_++;
     if (k > 60) return Taken::gone;

@@ -181,6 +181,8 @@ struct FakeCamera {
   bool gone = false;
   std::deque<RawFrame> frames;
   int opened = 0, closed = 0;
+  std::string refuses_light;
+  std::vector<Light> lights;
 };
 
 class FakeDevice final : public FrameDevice {
@@ -192,6 +194,11 @@ class FakeDevice final : public FrameDevice {
     return {};
   }
   void close() override { ++camera_.closed; }
+  tl::expected<void, Status> set_light(Light light) override {
+    camera_.lights.push_back(light);
+    if (camera_.refuses_light.empty()) return {};
+    return tl::unexpected(Status{camera_.refuses_light});
+  }
   Taken take_newest(RawFrame& out) override {
     if (camera_.gone) return Taken::gone;
     if (camera_.frames.empty()) return Taken::none;
@@ -265,6 +272,30 @@ TEST_F(LiveCamera, ReportsSilenceWithinHalfASecond) {
   }
   EXPECT_NE(news.find("no frame"), std::string::npos);
   EXPECT_LE(waited, 500ms);
+}
+
+TEST_F(LiveCamera, LocksTheLightWhenFramesHaveComeForASecondEachTimeItIsOpened) {
+  EXPECT_TRUE(camera_.lights.empty());
+  capture_ =
+      Capture(std::make_unique<FakeDevice>(camera_), "/dev/video9", monotonic, Light::locked);
+  const auto run = [&](int frames) {
+    for (int k = 0; k < frames; ++k) {
+      camera_.frames = {frame(g_monotonic)};
+      after(33ms);
+    }
+  };
+  const std::vector<Light> once{Light::followed, Light::locked};
+  run(30);
+  EXPECT_EQ(camera_.lights, std::vector{Light::followed});
+  run(30);
+  EXPECT_EQ(camera_.lights, once);
+  camera_.gone = true;
+  after(33ms);
+  camera_.gone = false;
+  camera_.refuses_light = "exposure cannot be locked: Input/output error";
+  run(100);
+  EXPECT_EQ(camera_.lights.size(), 4u);
+  EXPECT_EQ(capture_.news(), "/dev/video9: exposure cannot be locked: Input/output error");
 }
 
 TEST_F(LiveCamera, LeavesOutTruncatedFrames) {

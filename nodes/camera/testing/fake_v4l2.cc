@@ -1,5 +1,7 @@
 // A camera for tests, preloaded into a program that opens the file named by MIMESIS_FAKE_CAMERA:
 // plugged in as long as the file is there, 30 frames a second in YUYV, each brighter than the last.
+// What its controls are set to is added to that file's name and `.controls`; all have the value
+// 123.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <linux/videodev2.h>
@@ -9,6 +11,7 @@
 #include <chrono>
 #include <cstdarg>
 #include <cstdlib>
+#include <fstream>
 #include <string>
 
 namespace {
@@ -59,6 +62,12 @@ int answer(unsigned long request, void* argument) {
     auto& buffer = *static_cast<v4l2_buffer*>(argument);
     buffer.length = g_bytes;
     buffer.m.offset = buffer.index * g_bytes;
+  } else if (request == VIDIOC_G_CTRL) {
+    static_cast<v4l2_control*>(argument)->value = 123;
+  } else if (request == VIDIOC_S_CTRL) {
+    const auto& control = *static_cast<const v4l2_control*>(argument);
+    std::ofstream(path_of_camera() + ".controls", std::ios::app)
+        << control.id << '=' << control.value << '\n';
   } else if (request == VIDIOC_DQBUF) {
     return dequeue(*static_cast<v4l2_buffer*>(argument));
   }
