@@ -128,7 +128,7 @@ Kind ColorTable::nearest(const Yuv& color) const {
 Kind ColorTable::classify(const Eigen::Vector3d& bgr) const {
   // A channel at its end hides how bright it is: in light brighter than the reference any value up
   // to 255 of the reference light may be behind it, and of what was taught a little more.
-  constexpr double kClipped = 248.0, kBrighter = 0.95, kMore = 1.15;
+  constexpr double kBrighter = 0.95;
   constexpr int kSteps = 4;
   Kind kind = Kind::none;
   bool clipped = true;
@@ -136,9 +136,9 @@ Kind ColorTable::classify(const Eigen::Vector3d& bgr) const {
     Eigen::Vector3d c = gain_.cwiseProduct(bgr);
     clipped = false;
     for (int i = 0; i < 3; ++i) {
-      if (bgr[i] < kClipped) continue;
+      if (bgr[i] < kChannelEnd) continue;
       const double most =
-          std::max(gain_[i] < kBrighter ? 255.0 : 0.0, spots_ ? kMore * c[i] : c[i]);
+          std::max(gain_[i] < kBrighter ? 255.0 : 0.0, spots_ ? kBehindEnd * c[i] : c[i]);
       c[i] += (most - c[i]) * step / kSteps;
       clipped = true;
     }

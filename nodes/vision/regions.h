@@ -81,6 +81,10 @@ struct ColorSpot {
   double distance2(const Yuv& c) const;
 };
 
+/// A channel that shows this much is at its end; of what was taught up to `kBehindEnd` times as
+/// much may be behind it.
+inline constexpr double kChannelEnd = 248.0, kBehindEnd = 1.15;
+
 /// What was taught; a class without a spot is not sought.
 struct ColorSpots {
   static constexpr double kReach = 3.0;  ///< standard deviations that belong to a class

@@ -121,8 +121,12 @@ tl::expected<Lesson, Status> teach(const image::Image& image, std::span<const Ta
     auto& to = pixels.at(static_cast<std::size_t>(r.kind));
     for (int v = r.top; v < r.top + r.height; ++v) {
       for (int u = r.left; u < r.left + r.width; ++u) {
-        const std::uint8_t* p = image.at(u, v);
-        to.push_back(to_yuv(gain_bgr[0] * p[0], gain_bgr[1] * p[1], gain_bgr[2] * p[2]));
+        const Eigen::Vector3d seen = bgr_at(image, u, v), c = gain_bgr.cwiseProduct(seen);
+        to.push_back(to_yuv(c[0], c[1], c[2]));
+        if (seen.maxCoeff() < kChannelEnd) continue;
+        // It may be as it is seen, or as bright as can be behind that: the class is all between.
+        const Eigen::Vector3d most = (seen.array() < kChannelEnd).select(c, kBehindEnd * c);
+        to.push_back(to_yuv(most[0], most[1], most[2]));
       }
     }
   }

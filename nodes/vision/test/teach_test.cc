@@ -140,6 +140,22 @@ TEST(Teach, KnowsTheTaughtColourOverexposedAndInALampOfAnotherColour) {
   }
 }
 
+/// The strongest channel of what is taught is at its end; the other camera sees it in less light.
+TEST(Teach, KnowsInLessLightWhatWasTaughtOverexposed) {
+  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bridge, Kind::goal_low};
+  for (unsigned seed = 12; seed < 18; ++seed) {
+    const Scene s = scene(seed, 2.0, 1.0);
+    for (std::size_t k = 0; k < kinds.size(); ++k) {
+      const double gain = 292.0 / std::ranges::max(s.colors.at(k));
+      const ColorTable table(teach(scene(seed, 2.0, gain).image, kRegions)->spots);
+      std::array<std::uint8_t, 3> dim{};
+      for (std::size_t c = 0; c < 3; ++c)
+        dim.at(c) = static_cast<std::uint8_t>(0.75 * gain * s.colors.at(k).at(c));
+      EXPECT_EQ(table.label(dim[0], dim[1], dim[2]), kinds.at(k)) << seed << k;
+    }
+  }
+}
+
 TEST(Teach, WarnsOfClassesThatLookAlike) {
   const Scene s = scene(6, 3.0, 1.0);
   std::vector<TaughtRegion> regions = kRegions;
