@@ -298,14 +298,14 @@ void HandTracker::close_fingers(HandPose& pose, double share) const {
 /// Seeks the hand around the last pose: several short searches, the best of which are refined. At
 /// the start more of them, and from an open hand, a half closed one and a fist.
 void HandTracker::relocate() {
-  constexpr std::size_t kRefined = 4;
+  constexpr std::size_t kMostRefined = 8;
   const bool several = guesses_.size() > 1;  // near the hand, but for the roll
-  const int tries = begun_ ? 6 : several ? 12 : 24, generations = begun_ ? 14 : 40;
-  const std::size_t refined = begun_ ? 1 : kRefined;
+  const int tries = begun_ ? 6 : several ? 12 : 48, generations = begun_ ? 14 : 40;
+  const std::size_t refined = begun_ ? 1 : several ? 4 : kMostRefined;
   const double distance = std::min(0.03 + 0.002 * lost_, 0.08);
   const double angle = radians(std::min(20.0 + lost_, 40.0));
-  std::array<HandPose, kRefined> best, near;
-  std::array<double, kRefined> least;
+  std::array<HandPose, kMostRefined> best, near;
+  std::array<double, kMostRefined> least;
   least.fill(INFINITY);
   seeking_ = true;
   if (begun_) guesses_.assign(1, estimate_.pose);

@@ -24,7 +24,7 @@ struct HandTrackerSetup {
   double shape_weight = 1.0;      ///< of a shape unlike the published one [1]
   double learning_rate = 0.05;    ///< of the densities, per picture
   /// One camera knows the depth badly: standard deviation of it about that at the start; 0: free.
-  double depth_sd_m = 0.045;
+  double depth_sd_m = 0.06;
 };
 
 /// What is known of the hand after a picture.
