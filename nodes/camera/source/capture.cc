@@ -67,14 +67,15 @@ class V4l2Device final : public FrameDevice {
          {V4L2_CID_AUTO_WHITE_BALANCE, 1, 0, V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance"}}};
     const bool lock = light == Light::locked;
     for (const Automatic& a : kAutomatics) {
+      v4l2_queryctrl known{};
+      known.id = a.id;
+      if (!control(VIDIOC_QUERYCTRL, &known)) continue;  // it has no such automatic
       v4l2_control found{a.value, 0}, automatic{a.id, lock ? a.off : a.on};
-      const bool known = lock && control(VIDIOC_G_CTRL, &found);
-      errno = 0;
-      const bool done =
-          control(VIDIOC_S_CTRL, &automatic) && (!known || control(VIDIOC_S_CTRL, &found));
-      if (done || errno == EINVAL) continue;  // EINVAL: it has no such automatic
+      const bool keeps = lock && control(VIDIOC_G_CTRL, &found);
+      if (control(VIDIOC_S_CTRL, &automatic) && (!keeps || control(VIDIOC_S_CTRL, &found)))
+        continue;
       return tl::unexpected(Status{std::string(a.name) +
-                                   (lock ? " cannot be locked: " : " cannot be made automatic: ") +
+                                   (lock ? " cannot be locked: " : " cannot be automatic: ") +
                                    std::strerror(errno)});
     }
     return {};

@@ -86,6 +86,7 @@ TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
   EXPECT_TRUE(peer.until([&] { return told().ends_with("=123\n"); }, 30s)) << told();
   EXPECT_TRUE(told().starts_with(exposure + "=3\n")) << told();
   EXPECT_NE(told().find(exposure + "=1\n" + exposed + "=123\n"), std::string::npos) << told();
+  EXPECT_EQ(told().find(std::to_string(V4L2_CID_AUTOGAIN) + "="), std::string::npos) << told();
   std::filesystem::remove(device);
   EXPECT_TRUE(says("unplugged, trying to reopen")) << camera.errors();
   while (peer.receive(image, 100ms)) {

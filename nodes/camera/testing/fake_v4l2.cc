@@ -62,6 +62,10 @@ int answer(unsigned long request, void* argument) {
     auto& buffer = *static_cast<v4l2_buffer*>(argument);
     buffer.length = g_bytes;
     buffer.m.offset = buffer.index * g_bytes;
+  } else if (request == VIDIOC_QUERYCTRL) {
+    const bool absent = static_cast<v4l2_queryctrl*>(argument)->id == V4L2_CID_AUTOGAIN;
+    if (absent) errno = EINVAL;
+    return absent ? -1 : 0;
   } else if (request == VIDIOC_G_CTRL) {
     static_cast<v4l2_control*>(argument)->value = 123;
   } else if (request == VIDIOC_S_CTRL) {
