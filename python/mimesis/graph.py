@@ -2,6 +2,8 @@
 import collections
 import dataclasses
 import fcntl
+import json
+import math
 import os
 import pathlib
 import secrets
@@ -27,7 +29,7 @@ LARGEST_INFO = 16 << 20  # bytes of a NodeInfo, as in common/runtime/registry.cc
 
 
 class ServiceError(Exception):
-    """A service that is not there, does not answer, or answers with a reason."""
+    """A service that is not there, does not answer, or answers with a reason; raised by one that refuses."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,6 +103,8 @@ class Publication:
         stamp = self._graph.now_ns() if stamp_ns is None else int(stamp_ns)
         if "header" in message.DESCRIPTOR.fields_by_name:
             message.header.stamp_ns, message.header.seq = stamp, self._seq
+        elif "timestamp" in message.DESCRIPTOR.fields_by_name:  # of foxglove.*
+            message.timestamp.FromNanoseconds(stamp)
         frame = self.topic.encode() + b"\0" + HEADER.pack(self._seq, stamp, self._hash, self._graph.start_id, 0)
         self._last = [frame, message.SerializeToString(deterministic=True)]
         self._graph.serve()
@@ -110,6 +114,33 @@ class Publication:
     def repeat(self, out):
         if self.latched and self._last:
             out.send_multipart(self._last, zmq.DONTWAIT)
+
+
+class Parameter:
+    """A value that `mimesis param set` changes while the process runs: read `value` where it is used."""
+
+    def __init__(self, key, value, least, most, meaning):
+        self.key, self.value, self.least, self.most, self.meaning = key, value, least, most, meaning
+
+    def read(self, text):
+        """The value that `text` stands for. Raises ValueError."""
+        kind = type(self.value)
+        if kind is str:
+            return text
+        try:
+            value = {"true": True, "false": False}[text] if kind is bool else kind(text)
+        except (KeyError, ValueError):
+            raise ValueError(f"{self.key}: '{text}' is no {kind.__name__}") from None
+        if kind is not bool and not (math.isfinite(value) and self.least <= value <= self.most):
+            raise ValueError(f"{self.key}: {text} is outside [{self.least}, {self.most}]")
+        return value
+
+    def describe(self, entry):
+        """Fills a v1.Param."""
+        entry.key, entry.value, entry.changeable, entry.meaning = self.key, json.dumps(self.value), True, self.meaning
+        entry.type = {float: "number", int: "integer", bool: "bool", str: "text"}[type(self.value)]
+        if entry.type in ("number", "integer") and math.isfinite(self.most - self.least):
+            entry.allowed = f"[{self.least}, {self.most}]"
 
 
 class Graph:
@@ -123,7 +154,7 @@ class Graph:
         _check_name("node name", self.name)
         self.start_id = secrets.randbits(63) | 1
         self.directory = graph_directory(graph or os.environ.get("MIMESIS_GRAPH") or "default")
-        self._publications, self._nodes = {}, {}
+        self._publications, self._nodes, self._offered, self._parameters = {}, {}, {}, {}
         self._inbox, self._seen, self._complained = collections.defaultdict(collections.deque), {}, set()
         self._connected, self._wanted = set(), set()
         self._lost, self._subscribers = collections.Counter(), collections.Counter()
@@ -135,6 +166,7 @@ class Graph:
         for out, high_water in zip(self.outputs, (32, 0)):
             out.setsockopt(zmq.XPUB_VERBOSER, 1)
             out.setsockopt(zmq.SNDHWM, high_water)
+        self._requests = self._socket(zmq.ROUTER)
         self._inputs = {policy: self._socket(zmq.SUB) for policy in ("latest", "reliable")}
         for into in self._inputs.values():
             into.setsockopt(zmq.SUBSCRIBE, HELLO + struct.pack("<Q", self.start_id))
@@ -144,8 +176,8 @@ class Graph:
         stem = f"ipc://{self.directory}/{self.name}-{self.start_id % 100_000_000}"
         bind = bind or os.environ.get("MIMESIS_BIND", "")
         at, _, port = bind.rpartition(":")
-        for n, (out, suffix, listed) in enumerate(zip(self.outputs, (".d", ".r"), (self._info.data_endpoints,
-                                                                                 self._info.reliable_endpoints)), 1):
+        lists = self._info.service_endpoints, self._info.data_endpoints, self._info.reliable_endpoints
+        for n, (out, suffix, listed) in enumerate(zip((self._requests, *self.outputs), (".s", ".d", ".r"), lists)):
             out.bind(stem + suffix)
             listed.append(stem + suffix)
             if bind:
@@ -156,14 +188,15 @@ class Graph:
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, kind, *_):
         self.close()
+        return kind is KeyboardInterrupt  # Ctrl-C, and the launcher's stop, end the block
 
     def close(self):
         """Leaves the graph; a second call does nothing."""
         if self._context.closed:
             return
-        endpoints = (*self._info.data_endpoints, *self._info.reliable_endpoints)
+        endpoints = (*self._info.service_endpoints, *self._info.data_endpoints, *self._info.reliable_endpoints)
         sockets = [e.removeprefix("ipc://") for e in endpoints if e.startswith("ipc://")]
         for path in (self._entry, self._entry.with_name("." + self.name), *sockets):
             pathlib.Path(path).unlink(missing_ok=True)
@@ -192,6 +225,39 @@ class Graph:
         self._info.descriptors[descriptor.full_name] = types.descriptor_set(descriptor)
         self._announce()
         return publication
+
+    def offer(self, name, request, answer, act):
+        """Offers service NODE/`name`: act(request) gives the answer, or raises ServiceError with the reason of a refusal.
+
+        request, answer: classes, or names of this project's. Answered whenever this process waits: in every() and subscribe()."""
+        request, answer = (types.message_type(k) if isinstance(k, str) else k for k in (request, answer))
+        service = f"{self.name}/{name}"
+        if service in self._offered:
+            raise ValueError(f"{service} is offered already")
+        self._offered[service] = (request, answer, act)
+        added = self._info.services.add(service=service, request_type=request.DESCRIPTOR.full_name,
+                                        response_type=answer.DESCRIPTOR.full_name)
+        for kind in (request, answer):
+            added.type_hash = (added.type_hash * 31 + types.type_hash(kind.DESCRIPTOR)) & 0xFFFFFFFFFFFFFFFF
+            self._info.descriptors[kind.DESCRIPTOR.full_name] = types.descriptor_set(kind.DESCRIPTOR)
+        self._announce()
+
+    def parameter(self, key, value, least=-math.inf, most=math.inf, meaning=""):
+        """A Parameter that starts as `value`, a float, int, bool or str, within [least, most]."""
+        if not self._parameters:
+            self.offer("params", "mimesis.v1.ParamRequest", "mimesis.v1.ParamSet", self._change)
+        made = self._parameters[key] = Parameter(key, value, least, most, meaning)
+        return made
+
+    def every(self, period_s):
+        """Yields the graph's time [ns] each period_s seconds, and answers requests in between."""
+        due = time.monotonic()
+        while True:
+            yield self.now_ns()
+            due = max(due + period_s, time.monotonic())
+            while (left_s := due - time.monotonic()) > 0:
+                self._requests.poll(min(POLL_MS, 1000 * left_s))
+                self.serve()
 
     def now_ns(self):
         """The graph's wall clock [ns]: setting the system's does not move it."""
@@ -230,8 +296,13 @@ class Graph:
         raise ServiceError(f"no node offers service {service} within {timeout_s} s")
 
     def serve(self):
-        """Lets other hosts in, and repeats latched messages to new subscribers; send() and subscribe() call it."""
+        """Lets other hosts in, answers requests, and repeats latched messages to new subscribers; send(), every() and
+        subscribe() call it."""
         self._gate.serve()
+        while self._requests.poll(0):
+            frames = self._requests.recv_multipart()
+            if len(frames) == 4:
+                self._requests.send_multipart([*frames[:2], *self._answer(frames[2].decode(errors="replace"), frames[3])])
         for out in self.outputs:
             while out.poll(0):
                 subscription = out.recv()
@@ -241,6 +312,36 @@ class Graph:
                 self._subscribers[topic] += 1 if joined else -1
                 if joined and topic in self._publications:
                     self._publications[topic].repeat(out)
+
+    def _answer(self, service, body):
+        """Frames: whether it failed, and the answer or the reason."""
+        request, answer, act = self._offered.get(service, (None,) * 3)
+        try:
+            if request is None:
+                raise ServiceError(f"no service {service} here")
+            done = act(request.FromString(body))
+            return [b"\0", (answer(**done) if isinstance(done, dict) else done).SerializeToString()]
+        except DecodeError:
+            return [b"\1", f"expected a {request.DESCRIPTOR.full_name}".encode()]
+        except ServiceError as error:
+            return [b"\1", str(error).encode()]
+
+    def _change(self, request):
+        try:
+            if request.log_level:
+                raise ValueError("a process in Python has no log level")
+            unknown = [s.key for s in request.set if s.key not in self._parameters]
+            if unknown:
+                raise ValueError(f"{unknown[0]}: unknown parameter; there are: {', '.join(self._parameters)}")
+            values = {s.key: self._parameters[s.key].read(s.value) for s in request.set}
+        except ValueError as error:
+            raise ServiceError(f"{self.name}.{error}") from None
+        for key, value in values.items():  # all of them, or none
+            self._parameters[key].value = value
+        answer = types.message_type("mimesis.v1.ParamSet")()
+        for parameter in self._parameters.values():
+            parameter.describe(answer.params.add())
+        return answer
 
     def _socket(self, kind):
         made = self._context.socket(kind)
@@ -360,6 +461,7 @@ class Graph:
         poller = zmq.Poller()
         for into in self._inputs.values():
             poller.register(into, zmq.POLLIN)
+        poller.register(self._requests, zmq.POLLIN)
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         looked = 0.0
         while True:
@@ -374,7 +476,10 @@ class Graph:
                 self.serve()
                 looked = time.monotonic()
             for into, _ in poller.poll(POLL_MS):
-                self._take(into)
+                if into is self._requests:
+                    self.serve()
+                else:
+                    self._take(into)
 
     def _take(self, into):
         while into.poll(0):

@@ -15,6 +15,29 @@ from google.protobuf import descriptor_pb2  # noqa: E402
 from mimesis import types  # noqa: E402
 
 COUNTER, LOGS = "", pathlib.Path()
+CALLER = f"""
+import sys
+sys.path.insert(0, {str(pathlib.Path(mimesis.__file__).parents[1])!r})
+import mimesis
+with mimesis.Graph("caller") as graph:
+    def refusal(service, request):
+        try:
+            return graph.call(service, request)
+        except mimesis.ServiceError as error:
+            return str(error)
+    def shall(given, wanted):
+        assert given == wanted, (given, wanted)
+    shall(graph.call("server/add", {{"seq": 41}}).seq, 42)
+    shall(refusal("server/add", {{"seq": 13}}), "service server/add: 13 brings bad luck")
+    def put(**values):
+        return refusal("server/params", {{"set": [{{"key": k, "value": v}} for k, v in values.items()]}})
+    shall([(p.key, p.value, p.type, p.allowed) for p in put(gain="0.5").params],
+          [("gain", "0.5", "number", "[0.0, 2.0]"), ("name", '"x"', "text", "")])
+    shall(put(name="y", gain="3"), "service server/params: server.gain: 3 is outside [0.0, 2.0]")
+    shall(put(gain="nan"), "service server/params: server.gain: nan is outside [0.0, 2.0]")
+    shall(put(gian="1"), "service server/params: server.gian: unknown parameter; there are: gain, name")
+    shall(put().params[1].value, '"x"')
+"""
 
 
 class Types(unittest.TestCase):
@@ -101,6 +124,25 @@ class Live(unittest.TestCase):
                 graph.call("counter/add_one", {"nothing": 1})
             with self.assertRaisesRegex(mimesis.ServiceError, "no node offers service counter/none"):
                 graph.call("counter/none", {}, timeout_s=0.2)
+
+    def test_offers_services_and_parameters(self):
+        kind = mimesis.message_type("mimesis.v1.Publication")
+
+        def add(request):
+            if request.seq == 13:
+                raise mimesis.ServiceError("13 brings bad luck")
+            return {"seq": request.seq + 1}
+
+        with mimesis.Graph("server") as server:
+            server.offer("add", kind, "mimesis.v1.Publication", add)
+            gain = server.parameter("gain", 1.0, least=0.0, most=2.0, meaning="of all")
+            server.parameter("name", "x")
+            caller = subprocess.Popen([sys.executable, "-c", CALLER], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            for _ in server.every(0.02):
+                if caller.poll() is not None:
+                    break
+            self.assertEqual((caller.returncode, caller.communicate()[0]), (0, ""))
+            self.assertEqual(gain.value, 0.5)
 
     def test_python_hears_python_with_latched_and_own_classes(self):
         kind = mimesis.message_type("mimesis.v1.ClockTime")
