@@ -293,7 +293,8 @@ class FileReader {
       if (key == "groups") read_groups(top, all, defaults, graph);
       if (key == "include") include(top, graph);
     }
-    graph.outside = top.texts("outside");
+    // Those of included files are there already.
+    std::ranges::move(top.texts("outside"), std::back_inserter(graph.outside));
     top.section("result", [&](Section& s) {
       const bool wanted = s.flag("if").value_or(true);
       ResultSpec result = read_result(s);

@@ -41,6 +41,7 @@ void set_namespace(GraphFile& part, const std::string& name_space) {
       for (Wire& wire : *wires) rename(wire.topic.text);
     }
   }
+  for (Text& topic : part.outside) rename(topic.text);
   for (Group& group : part.groups) {
     rename(group.name.text);
     for (std::string& node : group.nodes) rename(node);

@@ -150,11 +150,12 @@ hosts: {spine: {address: 10.0.0.2}}
 groups: {chain: {nodes: {drives: {exec: x, args: ["${arg:bus}", "${arg:rate}"]}}}}
 nodes:
   bridge: {exec: x, after: [chain, recorder], in: {image: eye/image, state: drives/state}, out: {arm: bridge/arm}}
-outside: [bridge/moved]
+outside: [bridge/moved, far/away]
 result: {until: a/b}
 )");
   const std::string text = R"(hosts: {spine: {address: 10.0.0.2}}
 nodes: {recorder: {exec: x}}
+outside: [here/too]
 include:
   - {file: parts/arm.yaml, args: {bus: can0}}
   - {file: parts/arm.yaml, namespace: left, args: {bus: can1, rate: 7, host: spine}}
@@ -165,6 +166,10 @@ include:
   EXPECT_EQ(g.clock, "wall");
   EXPECT_FALSE(g.result) << "that of an included file does not count";
   EXPECT_EQ(g.included, Lines{folder_.path() + "/parts/arm.yaml"});
+  Lines outside;
+  for (const launch::Text& topic : g.outside) outside.push_back(topic.text);
+  EXPECT_EQ(outside,
+            (Lines{"bridge/moved", "far/away", "left_bridge/moved", "far/away", "here/too"}));
   const NodeSpec& bridge = *g.find("left_bridge");
   EXPECT_EQ(after(bridge), (Lines{"left_drives", "recorder"}));
   EXPECT_EQ(bridge.in.at(0).topic.text, "eye/image") << "of the graph around";
