@@ -2,15 +2,12 @@
 # mimesis_scenarios()                                  target scenario-NAME for each launch/NAME.yaml
 # mimesis_verb(NAME SOURCES ... [LINK ...])            build/bin/mimesis-NAME, the verb `mimesis NAME`: add_NAME of verb.h
 # mimesis_verb(VERB-SUB OF VERB SOURCES ... [LINK ...])  build/bin/mimesis-VERB-SUB: an add_VERB with `mimesis VERB SUB` alone
-# mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE_ELSEWHERE x])
-#   The node repeats the steps of a log, and must do the same (`mimesis log replay`). The tolerance is for machines that
-#   compute otherwise than the one that recorded.
 # mimesis_node_part(NODE FOLDER [LINK ...] [PRIVATE_LINK ...])
 #   A part of a node: FOLDER/*.cc -> library NODE_FOLDER, FOLDER/test/*.cc -> NODE_FOLDER_test. Parts compute; the node
 #   around them is in the folder above.
 include(MimesisFunctions)
-set(MIMESIS_PROTO_PATH ${PROJECT_SOURCE_DIR})
-set(MIMESIS_INSTALLED_SOURCES ${PROJECT_SOURCE_DIR}/common)
+set(MIMESIS_TREE TRUE)  # functions are called here, not by a project that found the package
+add_custom_target(programs)  # for a robot or a demo: everything but tests and benchmarks
 
 # Most of the cost of a file is its headers, so those of the standard library and of the packages used most are parsed
 # once for all libraries and programs, once for all tests and once for verbs, which add theirs. Tests and verbs are
@@ -91,20 +88,6 @@ int main(int argc, char** argv) {
 }
 ]] @ONLY)
   mimesis_program(mimesis-${name} HEADERS mimesis_verb_headers SOURCES ${main} ${arg_SOURCES} LINK mimesis_tool ${arg_LINK})
-endfunction()
-
-function(mimesis_replay_test name)
-  cmake_parse_arguments(arg "" "NODE;LOG;TOLERANCE_ELSEWHERE" "SET" ${ARGN})
-  get_filename_component(log ${arg_LOG} ABSOLUTE)
-  set(command $<TARGET_FILE:mimesis-log> replay ${arg_NODE} ${log})
-  foreach(set ${arg_SET})
-    list(APPEND command --set ${set})
-  endforeach()
-  if(arg_TOLERANCE_ELSEWHERE)
-    list(APPEND command --tolerance-elsewhere ${arg_TOLERANCE_ELSEWHERE})
-  endif()
-  add_test(NAME ${name} COMMAND ${command})
-  set_tests_properties(${name} PROPERTIES LABELS node TIMEOUT 120)
 endfunction()
 
 function(mimesis_node_part node folder)
