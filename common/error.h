@@ -18,10 +18,10 @@ struct Status {
 };
 
 /// Text of other programs as it may go to a terminal: control characters but `kept`, and
-/// bytes that are no UTF-8, become \u00XX, as in JSON.
+/// bytes that are no UTF-8, become `\u00XX`, as in JSON.
 std::string printable(std::string_view text, std::string_view kept = {});
 
-[[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
+[[noreturn]] void assertion_failed(const char* condition, const char* file, int line);  ///< aborts
 
 }  // namespace mimesis
 

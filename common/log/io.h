@@ -44,6 +44,7 @@ tl::expected<std::unique_ptr<Sink>, Status> create_file(const std::string& path)
 /// An existing file; its size is taken now.
 tl::expected<std::unique_ptr<Source>, Status> open_file(const std::string& path);
 
+/// Appends to a string.
 class MemorySink final : public Sink {
  public:
   explicit MemorySink(std::string& bytes) : bytes_(bytes) {}
@@ -55,6 +56,7 @@ class MemorySink final : public Sink {
   std::string& bytes_;
 };
 
+/// Reads bytes that outlive it.
 class MemorySource final : public Source {
  public:
   explicit MemorySource(std::string_view bytes) : bytes_(bytes) {}

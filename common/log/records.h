@@ -135,8 +135,10 @@ using Record =
 
 // --- Records: their fields in the order of the file
 
+/// Fields of record T in the order of the file.
 template <class T>
 struct Layout;
+/// Writes and reads them.
 template <Opcode kCode, auto... kMembers>
 struct Fields {
   static constexpr Opcode kOpcode = kCode;

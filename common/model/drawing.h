@@ -13,6 +13,7 @@ struct Rgba {
   double r = 0.0, g = 0.0, b = 0.0, a = 1.0;
 };
 
+/// The same in messages of foxglove.*.
 google::protobuf::Timestamp to_timestamp(std::chrono::nanoseconds t);
 void set(const Rgba& color, foxglove::Color& out);
 void set(const Eigen::Isometry3d& pose, foxglove::Pose& out);
@@ -21,7 +22,7 @@ void set(const Eigen::Isometry3d& pose, foxglove::Pose& out);
 foxglove::SceneEntity& add_entity(foxglove::SceneUpdate& update, const std::string& id,
                                   const std::string& frame, std::chrono::nanoseconds stamp);
 
-// All lengths in m, places in the entity's frame.
+/// All lengths in m, places in the entity's frame.
 void add_box(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
              const Eigen::Vector3d& edges, const Rgba& color);
 void add_ball(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double radius,
@@ -45,6 +46,7 @@ void add_point(foxglove::LinePrimitive& line, const Eigen::Vector3d& point);
 /// Axes x, y, z of a frame in red, green, blue.
 void add_axes(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose, double length);
 
+/// Where frame `child` is in `parent`, at `stamp`.
 void add_frame(foxglove::FrameTransforms& transforms, const std::string& parent,
                const std::string& child, const Eigen::Isometry3d& pose,
                std::chrono::nanoseconds stamp);

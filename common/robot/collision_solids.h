@@ -7,7 +7,7 @@
 
 namespace mimesis::robot {
 
-/// Solids of the <collision> elements of these links of a URDF; links without any are left out.
+/// Solids of the `<collision>` elements of these links of a URDF; links without any are left out.
 /// Meshes may be STL, OBJ, Collada and whatever else assimp reads; a Collada file's up axis is
 /// ignored, as in ROS, its unit is not. "package://NAME/PATH" is PATH in the folder NAME that holds
 /// the URDF or lies in a folder around it, or in one of $ROS_PACKAGE_PATH; other names count from

@@ -15,6 +15,7 @@ enum class Level { debug, info, warn, error };
 /// a message.
 void log(Level level, std::string_view line);
 
+/// log() of a text that fmt formats.
 template <class... Args>
 void info(fmt::format_string<Args...> format, Args&&... args) {
   log(Level::info, fmt::format(format, std::forward<Args>(args)...));
@@ -42,6 +43,7 @@ class Throttle {
   std::uint64_t held_back_ = 0, counting_ = 0;
 };
 
+/// One line that was logged.
 struct LogLine {
   Level level = Level::info;
   std::string text;

@@ -86,7 +86,7 @@ class ParamSource {
  public:
   /// @param reference "" (defaults only), "FILE", or "FILE#KEY.KEY" for a section of a file, such
   /// as
-  ///   launch/imitation.yaml#nodes.camera.params; a section whose last key is absent is empty.
+  ///   `launch/imitation.yaml#nodes.camera.params`; a section whose last key is absent is empty.
   ///   Names that a `for` on the way to the section binds count as arguments.
   /// @param args "NAME=VALUE" of arguments the file declares, replacing their defaults
   /// @param sets "KEY=VALUE", nested keys with dots, elements of lists by index:

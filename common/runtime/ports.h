@@ -4,7 +4,9 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "common/runtime/bus.h"
 
@@ -123,6 +125,21 @@ class Out {
  private:
   std::unique_ptr<OutChannel> channel_;
 };
+
+/// Offers service NODE/`name`: `act(const Request&)` gives a tl::expected<Answer, Status>, between
+/// two steps.
+template <class Request, class Answer, class Act>
+void offer(Bus& bus, std::string_view name, Act act) {
+  bus.serve(name, Request::default_instance(), Answer::default_instance(),
+            [act = std::move(act)](const std::string& bytes) -> tl::expected<std::string, Status> {
+              Request request;
+              if (!request.ParseFromString(bytes))
+                return tl::unexpected(Status{"expected a " + request.GetTypeName()});
+              const tl::expected<Answer, Status> answer = act(request);
+              if (!answer) return tl::unexpected(answer.error());
+              return answer->SerializeAsString();
+            });
+}
 
 /// Member behind the ports of a node that takes long to construct: `--describe` stops there, so the
 /// ports come before what costs time.

@@ -100,6 +100,7 @@ class NodeAdapter final : public AnyNode {
   std::unique_ptr<Node> node_;
 };
 
+/// The whole main() of a node: run() of a NodeAdapter.
 template <class Node>
 int run_node(int argc, char** argv, const NodeAbout& about) {
   NodeAdapter<Node> adapter;

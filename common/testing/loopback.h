@@ -74,6 +74,7 @@ class Loopback final : public runtime::Bus {
   /// a fresh temporary folder
   const std::string& directory() const override { return directory_; }
 
+  /// What the test has sent to a port.
   struct Input {
     runtime::InOptions options;
     std::deque<runtime::Received> pending;
@@ -81,6 +82,7 @@ class Loopback final : public runtime::Bus {
     std::uint64_t seq = 0;
     std::string last_reject;
   };
+  /// What the node has published on a port.
   struct Output {
     std::string type;
     std::deque<std::string> sent;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/runtime/bus.h"
 #include "nodes/planner/planner_node.h"
 
 namespace mimesis::planner {
@@ -92,20 +91,6 @@ std::variant<Task, Move> what(const kin::ArmModel& arm, const v1::PlanRequest& a
   return move;
 }
 
-/// A service whose messages are of these types.
-template <class Asked, class Answer, class Act>
-void offer(runtime::Bus& bus, const char* name, Act act) {
-  bus.serve(name, Asked::default_instance(), Answer::default_instance(),
-            [act](const std::string& bytes) -> tl::expected<std::string, Status> {
-              Asked asked;
-              if (!asked.ParseFromString(bytes))
-                return tl::unexpected(Status{"expected a " + asked.GetTypeName()});
-              const tl::expected<Answer, Status> answer = act(asked);
-              if (!answer) return tl::unexpected(answer.error());
-              return answer->SerializeAsString();
-            });
-}
-
 }  // namespace
 
 Requests::Requests(runtime::Bus& bus, const kin::ArmModel& arm, const TaskSettings& settings,
@@ -121,6 +106,7 @@ Requests::Requests(runtime::Bus& bus, const kin::ArmModel& arm, const TaskSettin
 
 void Requests::serve(runtime::Bus& bus) {
   using google::protobuf::Empty;
+  using runtime::offer;
   for (const auto& [name, kind] :
        {std::pair("plan", Kind::plan), {"test", Kind::test}, {"do", Kind::execute}}) {
     offer<v1::PlanRequest, v1::PlanTicket>(

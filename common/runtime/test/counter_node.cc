@@ -17,13 +17,11 @@ CounterNode::CounterNode(const Params& params, Bus& bus)
       latest_(bus, "latest", {.sole = true, .optional = true}),
       out_(bus, "out") {
   hash_ ^= static_cast<std::uint64_t>(params.salt);
-  bus.serve("add_one", v1::Publication::default_instance(), v1::Publication::default_instance(),
-            [](const std::string& request) -> tl::expected<std::string, Status> {
-              v1::Publication p;
-              if (!p.ParseFromString(request)) return tl::unexpected(Status{"not a Publication"});
-              p.set_seq(p.seq() + 1);
-              return p.SerializeAsString();
-            });
+  offer<v1::Publication, v1::Publication>(
+      bus, "add_one", [](v1::Publication p) -> tl::expected<v1::Publication, Status> {
+        p.set_seq(p.seq() + 1);
+        return p;
+      });
   bus.ports_end();
   if (params.mode == "refuse") throw ConfigError("counter.mode: refuses");
 }
