@@ -1,6 +1,6 @@
 """Hook of mkdocs: the pages are where the tree has them, and their links are those that work in the tree, too.
 
-- Every README.md, docs/*.md and the files that they show are pages of the same paths.
+- Every README.md, docs/*.md and the files that they show are pages of the same paths; api/ is made of the headers (api.py).
 - A link to a folder leads to its README; a link to any other file of the tree becomes its text.
 - A paragraph that is nothing but a link to a source file shows the file.
 - A bar in code in a table is written `\\|` for GitHub, and shown as a bar.
@@ -11,6 +11,8 @@ import logging
 import pathlib
 import posixpath
 import re
+import sys
+import tempfile
 import urllib.parse
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -19,6 +21,7 @@ LANGUAGES = {".cc": "cpp", ".h": "cpp", ".proto": "proto", ".py": "python", ".tx
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
 log = logging.getLogger("mkdocs.pages")
 seen = {}  # page -> (ids, links)
+made = tempfile.TemporaryDirectory(prefix="pages-")  # sources of pages that the tree has not
 
 
 def pages():
@@ -31,7 +34,13 @@ def on_files(files, config):
     from mkdocs.structure.files import File, Files  # here, because the tests read pages() without mkdocs
     shown = [p.relative_to(ROOT).as_posix() for kind in ("png", "svg", "css") for p in (ROOT / "docs").rglob(f"*.{kind}")]
     theme = [f for f in files if not f.abs_src_path.startswith(str(ROOT))]
-    return Files(theme + [File(p, str(ROOT), config.site_dir, config.use_directory_urls) for p in pages() + shown])
+    sys.path.insert(0, str(pathlib.Path(__file__).parent))
+    import api
+    for name, text in api.pages(ROOT, lambda line: log.warning("%s", line)).items():
+        pathlib.Path(made.name, "api").mkdir(exist_ok=True)
+        pathlib.Path(made.name, "api", f"{name}.md").write_text(text, encoding="utf-8")
+    return Files(theme + [File(path, folder, config.site_dir, config.use_directory_urls) for folder, paths in (
+        (str(ROOT), pages() + shown), (made.name, [f"api/{p.name}" for p in pathlib.Path(made.name, "api").iterdir()])) for path in paths])
 
 
 def on_page_markdown(text, page, config, files):

@@ -27,8 +27,8 @@ import pages
 
 ROOT = pages.ROOT
 NOT_RUN = {"docs/deploy.md": "needs root and systemd", "docs/hosts.md": "needs several hosts"}
-TUTORIAL = "mimesis_brightness"  # its program, which tests/arch/install_test.py builds
-FOREIGN = {TUTORIAL, *"apt candump cd cp cpack eval export ip journalctl kill mkdir protoc python3 systemctl wait".split()}
+EXAMPLES = {f"mimesis_{p.stem}" for p in (ROOT / "docs/examples").glob("*/*.cc")} | {"build/log_reader", "mimesis_negative"}  # install_test.py
+FOREIGN = {*EXAMPLES, *"apt candump cd cp cpack ctest eval export ip journalctl kill mkdir protoc python3 systemctl wait".split()}
 SHELL = re.compile(r"(tools/|tests/|build/|mimesis|cmake|sudo |export |\()")
 PAGE_S = 120  # longest run of a page: some ten times what it takes on an idle machine
 
@@ -87,10 +87,10 @@ def check(argv):
     if re.match(r"mimesis_\w+$", program) and (BIN / program).exists() and "--help" not in options:
         code, said = say(BIN / program, *arguments, "--check")
         return said if code != 0 else ""
-    if program == "mimesis" and arguments[0] == "launch" and (ROOT / arguments[1]).is_file() and "tutorial" not in arguments[1]:
+    if program == "mimesis" and arguments[0] == "launch" and (ROOT / arguments[1]).is_file():
         code, said = say(BIN / program, *arguments, "--dry-run", cwd=ROOT)
         return said if code != 0 else ""
-    if program.startswith("mimesis") and program != TUTORIAL:
+    if program.startswith("mimesis") and program not in EXAMPLES:
         words = [a for a in arguments if not a.startswith("-")] if program == "mimesis" else []
         code, text = say(BIN / program, *words[:1], "--help")
         if code != 0:
