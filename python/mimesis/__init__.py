@@ -6,7 +6,7 @@
             print(received.stamp_ns, received.message)
 
 The graph is the one that MIMESIS_GRAPH names, on this host. Messages are typed by the descriptors that nodes announce;
-types of this project are known without a node too (mimesis.message_type). python/README.md has a tutorial.
+types of this project are known without a node too (mimesis.message_type). docs/examples has whole nodes.
 """
 from .graph import Graph, Received, ServiceError
 from .log import LogError, read_log

@@ -92,7 +92,7 @@ class LaunchSchema(unittest.TestCase):
     def test_shipped_files_keep_to_it(self):
         jsonschema.Draft7Validator.check_schema(SCHEMA)
         validator = jsonschema.Draft7Validator(SCHEMA)
-        files = [*(ROOT / "launch").glob("*.yaml"), *(ROOT / "launch/parts").glob("*.yaml"), *(ROOT / "docs").rglob("tutorial/*.yaml")]
+        files = [*(ROOT / "launch").glob("*.yaml"), *(ROOT / "launch/parts").glob("*.yaml"), *(ROOT / "docs").rglob("examples/*/*.yaml")]
         self.assertGreater(len(files), 12)
         for file in files:
             wrong = [f"{'.'.join(map(str, e.absolute_path))}: {e.message}" for e in validator.iter_errors(yaml.safe_load(file.read_text()))]

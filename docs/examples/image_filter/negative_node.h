@@ -1,27 +1,22 @@
 #pragma once
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "msg/brightness.pb.h"
 #include "proto/foxglove/image.pb.h"
 
-namespace tutorial {
-
-struct BrightnessParams {
+struct NegativeParams {
   double rate_hz = 30.0;  ///< step rate [Hz]
   void visit(mimesis::runtime::ParamVisitor& v) { v("rate_hz", rate_hz, 1.0, 1000.0); }
 };
 
-/// Publishes the mean of every image's bytes.
-class BrightnessNode {
+/// Publishes the negative of every image.
+class NegativeNode {
  public:
-  using Params = BrightnessParams;
-  BrightnessNode(const Params&, mimesis::runtime::Bus& bus)
-      : image_(bus, "image"), mean_(bus, "mean") {}
+  using Params = NegativeParams;
+  NegativeNode(const Params&, mimesis::runtime::Bus& bus)
+      : image_(bus, "image"), negative_(bus, "negative") {}
   void step(mimesis::runtime::Time now);
 
  private:
   mimesis::runtime::Latest<foxglove::RawImage> image_;
-  mimesis::runtime::Out<Brightness> mean_;
+  mimesis::runtime::Out<foxglove::RawImage> negative_;
 };
-
-}  // namespace tutorial

@@ -1,0 +1,7 @@
+"""Asks for a sum: client.py A B. Needs no definition of the types: the node announces them."""
+import sys
+
+import mimesis
+
+with mimesis.Graph() as graph:
+    print(graph.call("adder/add", {"a": int(sys.argv[1]), "b": int(sys.argv[2])}).sum)
