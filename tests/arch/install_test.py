@@ -37,6 +37,8 @@ if(TARGET Mimesis::log)
   message("LEAKED=Mimesis::log")
 endif()
 
+find_package(Mimesis 0.1 QUIET)
+message("OLD=${Mimesis_FOUND}")
 find_package(Mimesis QUIET COMPONENTS node lgo)
 message("UNKNOWN=${Mimesis_FOUND}${Mimesis_lgo_FOUND} ${Mimesis_NOT_FOUND_MESSAGE}")
 find_package(Mimesis REQUIRED COMPONENTS node log OPTIONAL_COMPONENTS lgo)
@@ -160,6 +162,7 @@ class Install(unittest.TestCase):
 
     def test_components_are_found_or_refused_by_name(self):
         told = dict(re.findall(r"(?m)^([A-Z]+)=(.*)$", self.said))
+        self.assertEqual(told["OLD"], "0")
         self.assertRegex(told["UNKNOWN"], "^0FALSE there is no component 'lgo', there are: .* log ")
         self.assertEqual(told["OPTIONAL"], "1TRUEFALSE")
         self.assertEqual(told["PACKAGE"], "0 component 'kin' needs package Eigen3")

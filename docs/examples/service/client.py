@@ -4,4 +4,7 @@ import sys
 import mimesis
 
 with mimesis.Graph() as graph:
-    print(graph.call("adder/add", {"a": int(sys.argv[1]), "b": int(sys.argv[2])}).sum)
+    try:
+        print(graph.call("adder/add", {"a": int(sys.argv[1]), "b": int(sys.argv[2])}).sum)
+    except mimesis.ServiceError as error:
+        sys.exit(error)
