@@ -202,7 +202,7 @@ class Install(unittest.TestCase):
 
     def test_image_filter(self):
         folder = self.examples / "image_filter"
-        self.assertIn('"width":320,"height":240,', self.do("mimesis", "launch", folder / "image_filter.yaml"))
+        self.assertIn('"width":640,"height":480,', self.do("mimesis", "launch", folder / "image_filter.yaml"))
         for node in (["mimesis_negative", "--in", "image=camera/image"], [PYTHON, folder / "negative.py"]):
             with self.started("mimesis_camera"), self.started(*node):
                 self.do(PYTHON, "-c", PAIRS)
@@ -230,7 +230,7 @@ class Install(unittest.TestCase):
 
     def test_own_message(self):
         folder = self.examples / "own_message"
-        self.assertRegex(self.do("mimesis", "launch", folder / "brightness.yaml"), r'"mean":14[678]\.')
+        self.assertRegex(self.do("mimesis", "launch", folder / "brightness.yaml"), r'"mean":148\.')
 
     def test_log_reader(self):
         log = self.work / "run.mcap"
