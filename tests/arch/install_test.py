@@ -228,6 +228,12 @@ class Install(unittest.TestCase):
                 self.wait_for("hello Ada!", hears)
                 self.assertIn("greeter.marks: 9 is outside [0, 5]", self.do("mimesis", "param", "set", "greeter", "marks", "9", code=2))
 
+    def test_joint_controller(self):
+        file = self.examples / "joint_controller" / "arm.yaml"  # the arm stands at -1.2, -0.6 rad ...
+        self.assertIn('"joint_1_rad":-0.8,"joint_2_rad":-0.6,', self.do("mimesis", "launch", file))
+        other = self.do("mimesis", "launch", file, "--set", "controller.joint=2", "--set", "controller.angle_rad=-0.2")
+        self.assertIn('"joint_1_rad":-1.2,"joint_2_rad":-0.8,', other)
+
     def test_own_message(self):
         folder = self.examples / "own_message"
         self.assertRegex(self.do("mimesis", "launch", folder / "brightness.yaml"), r'"mean":148\.')
