@@ -91,13 +91,15 @@ class Install(unittest.TestCase):
         for component in ("library", "programs", "python", "data"):
             run(CMAKE, "--install", BUILD, "--prefix", cls.work / "prefix", "--component", component, "--strip")
         (cls.work / "prefix").rename(cls.prefix)  # nothing of it may depend on where it was installed
-        (cls.work / "link").symlink_to(cls.prefix / "lib")  # as /lib is a link to /usr/lib
+        (cls.work / "root").mkdir()
+        (cls.work / "root" / "lib").symlink_to(cls.prefix / "lib")  # as /lib is a link to /usr/lib
 
         cls.probe, cls.examples = cls.work / "probe", cls.work / "probe" / "examples"
         shutil.copytree(EXAMPLES, cls.examples)
         (cls.probe / "CMakeLists.txt").write_text(PROBE)
         cls.said = run(CMAKE, "-S", cls.probe, "-B", cls.probe / "build", "-G", "Ninja", f"-DCMAKE_CXX_FLAGS={FLAGS}",
-                       f"-DMimesis_DIR={cls.work}/link/cmake/Mimesis", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", both=True)
+                       f"-DCMAKE_PREFIX_PATH={cls.work}/root", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
+                       *(["-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld"] if shutil.which("ld.lld") else []), both=True)
         run(CMAKE, "--build", cls.probe / "build")
 
     @classmethod
@@ -174,19 +176,18 @@ class Install(unittest.TestCase):
             self.assertNotIn(path.encode(), package)
 
     def test_a_folder_alone_builds_within_itself(self):
-        """With make, in folders of odd names that hold what a tree of others does; again after it was built once."""
+        """With make, in a folder of an odd name that holds what those of others do, and another build of itself."""
         alone = self.work / "my robot c++"
         shutil.copytree(EXAMPLES / "talker_listener", alone)
         (alone / "loop").symlink_to(".")
         (alone / "gone.h").symlink_to("nowhere")
         (alone / "latin.h").write_bytes(b"// \xe4\xf6\xfc\nint visit();  // no UTF-8: \xff\n")
-        talker = (alone / "talker.cc").read_text()
-        (alone / "talker.cc").write_text('#include "latin.h"\n' + talker)
+        (alone / "build-before").mkdir()
+        (alone / "build-before" / "talker.cc.o").write_bytes(b"\x7fELF\xff\xfe visit(")
+        (alone / "talker.cc").write_text('#include "latin.h"\n' + (alone / "talker.cc").read_text())
         run(CMAKE, "-B", "build", "-G", "Unix Makefiles", f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCMAKE_CXX_FLAGS={FLAGS}", cwd=alone)
         run(CMAKE, "--build", "build", "--target", "mimesis_talker", cwd=alone)
-        (alone / "talker.cc").write_text(talker.replace("what it says", "said again and again"))
-        run(CMAKE, "--build", "build", "--target", "mimesis_talker", cwd=alone)
-        self.assertRegex(self.do(alone / "build/bin/mimesis_talker", "--help"), "said again and again")
+        self.assertIn("what it says", self.do(alone / "build/bin/mimesis_talker", "--help"))
         cache = (alone / "build/CMakeCache.txt").read_text()
         for package in ("Eigen3", "assimp", "urdfdom", "lz4", "png", "GTest", "CLI11", "nlohmann"):
             self.assertNotIn(package, cache)
@@ -242,7 +243,7 @@ class Install(unittest.TestCase):
         log = self.work / "run.mcap"
         with self.started("mimesis_talker", "--set", "rate_hz=50"), self.started("mimesis", "log", "record", "--all", "--output", log):
             self.wait_for("x", lambda: "x" * (log.is_file() and log.stat().st_size > 4096))
-        printed = self.do("log_reader", log, "talker/said")
+        printed = self.do(self.probe / "build/examples/log_reader/log_reader", log, "talker/said")
         self.assertRegex(printed, r"(?m)^talker/said: \d+ x foxglove\.Log$")
         self.assertRegex(printed, r"(?m)^\d+ hello \d+$")
 
