@@ -213,6 +213,7 @@ class Install(unittest.TestCase):
         run("protoc", f"--proto_path={folder}", f"--python_out={self.work}", "adder.proto")
         for node in (["mimesis_adder"], [PYTHON, folder / "adder.py"]):
             with self.started(*node):
+                self.wait_for("adder/add", lambda: self.do("mimesis", "service", "list"))
                 self.assertEqual(self.do(PYTHON, folder / "client.py", "2", "3"), "5\n")
                 self.assertRegex(self.do("mimesis", "service", "call", "adder/add", '{"a": 2, "b": 40}'), "42")
                 refused = self.do("mimesis", "service", "call", "adder/add", f'{{"a": {2**62}, "b": {2**62}}}', code=1)

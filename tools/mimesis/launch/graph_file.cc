@@ -408,6 +408,7 @@ class FileReader {
       reading_.pop_back();
       if (part.file.empty()) continue;
       for (NodeSpec& node : part.nodes) node.enabled = node.enabled && wanted;
+      if (!wanted) part.outside.clear();
       if (name_space && check_name(*name_space, "namespace", mistakes_))
         set_namespace(part, name_space->text);
       join(graph, std::move(part), mistakes_);
