@@ -1,13 +1,15 @@
 # Functions for nodes, in this tree and outside of it (find_package(Mimesis) brings this file):
-# mimesis_add_node(NAME [BENCH SUBJECT] [ALGO_LINK ...] [NODE_LINK ...])
-#   By convention of a node's folder: *_node.cc -> NAME_node, main.cc -> mimesis_NAME, other *.cc -> NAME_algo,
-#   test/*_process_test.cc -> NAME_process_test (label node), other test/*.cc -> NAME_test (label unit),
-#   bench/*.cc -> bench_SUBJECT (default NAME). In a folder without main.cc, NAME.cc is the whole node.
+# mimesis_add_node(NAME [BENCH SUBJECT] [SHELL STEM ...] [ALGO_LINK ...] [NODE_LINK ...])
+#   By convention of a node's folder: *_node.cc, *_messages.cc, *_drawing.cc, *_params.cc and STEM.cc -> NAME_node,
+#   main.cc -> mimesis_NAME, other *.cc -> NAME_algo, test/*_process_test.cc -> NAME_process_test (label node), other
+#   test/*.cc -> NAME_test (label unit), bench/*.cc -> bench_SUBJECT (default NAME). In a folder without main.cc, NAME.cc is
+#   the whole node.
 # mimesis_add_messages(NAME PROTO ...)                 library NAME of the messages in the .proto files, whose paths are
 #   relative to PROJECT_SOURCE_DIR and are those of the headers: msg/a.proto -> "msg/a.pb.h"; they may import "proto/*.proto"
 # mimesis_library(NAME SOURCES ... [LINK ...])         a library with this project's warnings
-# mimesis_program(NAME SOURCES ... [LINK ...])         build/bin/NAME; its main is in the first of the SOURCES
-# mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])
+# mimesis_program(NAME SOURCES ... [LINK ...])         build/bin/NAME, part of target `programs`; its main is in the first of
+#   the SOURCES
+# mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])   s: on a quiet machine, at most
 # mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE_ELSEWHERE x])
 #   The node repeats the steps of a log, and must do the same (`mimesis log replay`). The tolerance is for machines that
 #   compute otherwise than the one that recorded.
@@ -100,8 +102,12 @@ function(mimesis_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
   target_compile_definitions(${name} PRIVATE
     MIMESIS_SOURCE_DIR="${PROJECT_SOURCE_DIR}" MIMESIS_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
+  if(MIMESIS_TREE)
+    add_dependencies(tests ${name})
+  endif()
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} SKIP_RETURN_CODE 77)
+  math(EXPR limit "10 * ${arg_TIMEOUT}")  # TIMEOUT is that of a quiet machine
+  set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${limit} SKIP_RETURN_CODE 77)
 endfunction()
 
 function(mimesis_benchmark subject)
@@ -127,11 +133,11 @@ function(mimesis_replay_test name)
     list(APPEND command --tolerance-elsewhere ${arg_TOLERANCE_ELSEWHERE})
   endif()
   add_test(NAME ${name} COMMAND ${command})
-  set_tests_properties(${name} PROPERTIES LABELS node TIMEOUT 120)
+  set_tests_properties(${name} PROPERTIES LABELS node TIMEOUT 1200)
 endfunction()
 
 function(mimesis_add_node name)
-  cmake_parse_arguments(arg "" "BENCH" "ALGO_LINK;NODE_LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "BENCH" "SHELL;ALGO_LINK;NODE_LINK" ${ARGN})
   if(NOT arg_BENCH)
     set(arg_BENCH ${name})
   endif()
@@ -140,7 +146,10 @@ function(mimesis_add_node name)
     return()
   endif()
   file(GLOB sources CONFIGURE_DEPENDS *.cc)
-  file(GLOB node_sources CONFIGURE_DEPENDS *_node.cc)
+  file(GLOB node_sources CONFIGURE_DEPENDS *_node.cc *_messages.cc *_drawing.cc *_params.cc)
+  foreach(stem ${arg_SHELL})
+    list(APPEND node_sources ${CMAKE_CURRENT_SOURCE_DIR}/${stem}.cc)
+  endforeach()
   file(GLOB tests CONFIGURE_DEPENDS test/*.cc)
   file(GLOB process_tests CONFIGURE_DEPENDS test/*_process_test.cc)
   file(GLOB benches CONFIGURE_DEPENDS bench/*.cc)

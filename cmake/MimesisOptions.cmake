@@ -37,9 +37,9 @@ endif()
 find_program(MIMESIS_CCACHE ccache)
 if(MIMESIS_CCACHE)
   # ccache needs the first to keep objects compiled with precompiled headers; with the second it hashes a header once, not
-  # once for each source.
+  # once for each source; with the others checkouts in several folders share their objects.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_INODECACHE=true
-    ${MIMESIS_CCACHE})
+    CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=true ${MIMESIS_CCACHE})
 endif()
 # Not mold: Debian 12's now and then ends the RELRO segment behind the last mapped page, and such a program does not start.
 find_program(MIMESIS_LLD ld.lld)

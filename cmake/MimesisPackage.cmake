@@ -1,5 +1,9 @@
 # Debian packages: `cpack -G DEB` in the build directory writes mimesis (programs, models, launch files, service),
 # libmimesis-dev and python3-mimesis. Of a build with the default prefix; paths are those of /usr.
+if(NOT TARGET mimesis-view OR NOT TARGET page)
+  message(STATUS "no packages: they hold mimesis view and its page, which need Boost and npm (tools/setup package)")
+  return()
+endif()
 set(package ${CMAKE_CURRENT_LIST_DIR}/package)
 
 # Pages of `mimesis`, its verbs and nodes, from their --help.
@@ -7,7 +11,6 @@ find_program(MIMESIS_HELP2MAN help2man)
 if(MIMESIS_HELP2MAN)
   install(CODE "
     file(GLOB programs ${CMAKE_BINARY_DIR}/bin/mimesis*)
-    list(FILTER programs EXCLUDE REGEX mimesis_roadmap)  # `mimesis log view` alone starts it
     set(man \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/share/man/man1)
     file(MAKE_DIRECTORY \${man})
     foreach(program \${programs})

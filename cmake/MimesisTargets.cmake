@@ -8,6 +8,8 @@
 include(MimesisFunctions)
 set(MIMESIS_TREE TRUE)  # functions are called here, not by a project that found the package
 add_custom_target(programs)  # for a robot or a demo: everything but tests and benchmarks
+add_custom_target(tests)     # all that ctest runs
+add_dependencies(tests programs)
 
 # Most of the cost of a file is its headers, so those of the standard library and of the packages used most are parsed
 # once for all libraries and programs, once for all tests and once for verbs, which add theirs. Tests and verbs are

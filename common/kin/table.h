@@ -13,8 +13,8 @@ struct Ball {
 
 /// The obstacle of the bridge paradigm [M18 2.1.1]: two posts and a bar across them, all of one
 /// thickness, in the plane x = const of W.
-struct BridgeShape {
-  double x = 0.0;            ///< the bridge stands in the plane x = this [m]
+struct BarShape {
+  double x = 0.0;            ///< the bar stands in the plane x = this [m]
   double surface_z = 0.0;    ///< height of the table top [m]
   double half_width = 0.0;   ///< posts stand at y = ±half_width [m]
   double height = 0.0;       ///< lower edge of the bar above the table top [m]
@@ -24,12 +24,12 @@ struct BridgeShape {
   double max_spacing = 0.0;
 };
 
-/// The bridge as a union of safety balls [M18 2.3.2], evenly spaced along posts and bar. The lowest
+/// The bar as a union of safety balls [M18 2.3.2], evenly spaced along posts and bar. The lowest
 /// ball of a post rests on the table top.
-std::vector<Ball> bridge_balls(const BridgeShape& shape);
+std::vector<Ball> bar_balls(const BarShape& shape);
 
 /// Middle of the bar's axis in W [m].
-Eigen::Vector3d bar_center(const BridgeShape& shape);
+Eigen::Vector3d bar_center(const BarShape& shape);
 
 /// Axis-aligned obstacle box in W [m].
 struct Box {
@@ -48,11 +48,11 @@ struct GoalPlace {
 /// The robot's table in the bridge paradigm [M18 2.1.1], frame W. Read from models/*.yaml by
 /// common/model, carried by v1.Scene.
 struct Table {
-  std::vector<Ball> balls;  ///< the bridge, as unions of safety balls, and anything else round
+  std::vector<Ball> balls;  ///< the bar, as unions of safety balls, and anything else round
   std::vector<Box> boxes;   ///< table top, goal stands
-  Eigen::Vector3d bridge_center = Eigen::Vector3d::Zero();  ///< middle of the bar
-  double bridge_height = 0.0;      ///< lower edge of the bar above the table [m]
-  double bridge_half_width = 0.0;  ///< half the span along y [m]
+  Eigen::Vector3d bar_center = Eigen::Vector3d::Zero();  ///< middle of the bar
+  double bar_height = 0.0;      ///< lower edge of the bar above the table [m]
+  double bar_half_width = 0.0;  ///< half the span along y [m]
   std::vector<GoalPlace> goals;
   Eigen::Vector3d object =
       Eigen::Vector3d::Zero();  ///< centre of the upright cylinder to be grasped

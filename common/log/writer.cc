@@ -225,7 +225,7 @@ class ChunkWorker {
     done_.wait(lock, [this] { return jobs_.empty(); });
     return status_;
   }
-  /// What was met so far.
+  /// The first failure so far.
   Result status() {
     if (!failed_.load(std::memory_order_relaxed)) return {};
     const std::scoped_lock lock(mutex_);

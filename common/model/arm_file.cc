@@ -49,7 +49,7 @@ struct JointEntry {
 /// Joints of a URDF, from one link to another.
 struct ChainEntry {
   std::string urdf, base, tip;
-  // Of each joint, which the URDF has not; j_max and home may be left out.
+  // One value per joint, which a URDF does not have; j_max and home may be left out.
   std::vector<double> a_max_rad_s2, j_max_rad_s3, home_rad;
   robot::CoverSettings cover;  // of balls fitted to its geometry
 
@@ -380,8 +380,8 @@ class Builder {
       fail("balls", "there is none, and no link of the chain has collision geometry");
   }
 
-  /// Of fitted links: all that move against obstacles, and all pairs that no single joint joins,
-  /// but those whose balls touch at home.
+  /// Checks of fitted links: all that move against obstacles, and all pairs that no single joint
+  /// joins, but those whose balls touch at home.
   void add_default_checks(kin::ArmModel& arm) {
     constexpr double kNear_m = 0.005;
     const std::vector<LinkBalls>& links = out_.links;

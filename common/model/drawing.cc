@@ -80,8 +80,8 @@ void add_ellipsoid(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
   fill(entity.add_spheres(), pose, axes, color);
 }
 
-void add_doubt(foxglove::SceneEntity& entity, const Eigen::Vector3d& center,
-               const Eigen::Matrix3d& covariance_m2, const Rgba& color) {
+void add_uncertainty(foxglove::SceneEntity& entity, const Eigen::Vector3d& center,
+                     const Eigen::Matrix3d& covariance_m2, const Rgba& color) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance_m2);
   Eigen::Isometry3d pose = at(center);
   pose.linear() = axes.eigenvectors();

@@ -31,8 +31,8 @@ void add_ball(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, doub
 void add_ellipsoid(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
                    const Eigen::Vector3d& axes, const Rgba& color);
 /// Ellipsoid of three standard deviations of a place. `covariance_m2`: symmetric, none below zero.
-void add_doubt(foxglove::SceneEntity& entity, const Eigen::Vector3d& center,
-               const Eigen::Matrix3d& covariance_m2, const Rgba& color);
+void add_uncertainty(foxglove::SceneEntity& entity, const Eigen::Vector3d& center,
+                     const Eigen::Matrix3d& covariance_m2, const Rgba& color);
 /// A cylinder from `from` to `to`; nothing if they are the same place.
 void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              double radius, const Rgba& color);

@@ -38,11 +38,11 @@ bool is_biped(const std::string& file);
 /// default of BipedDrives. @throws ConfigError as above.
 double rate_of_robot(const std::string& file);
 
-/// Reads a table (models/bridge_table.yaml). `bridge_height`: lower edge of the bar above the table
+/// Reads a table (models/bar_table.yaml). `bar_height`: lower edge of the bar above the table
 /// [m], instead of the file's. @throws ConfigError as above.
-kin::Table load_table(const std::string& file, std::optional<double> bridge_height = {});
+kin::Table load_table(const std::string& file, std::optional<double> bar_height = {});
 
-/// The same of a scene that need have neither bridge nor object.
+/// The same of a scene that need have neither bar nor object.
 kin::Table load_scene(const std::string& file);
 
 /// The table as a message, without header.

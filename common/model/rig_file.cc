@@ -56,7 +56,7 @@ struct RigFile {
   }
 };
 
-/// What the ranges of the keys do not say.
+/// Checks between keys, beyond the range of each.
 void check(const RigFile& file, const runtime::ParamSource& source) {
   const auto fail = [&source](const std::string& key, const std::string& what) {
     throw ConfigError(

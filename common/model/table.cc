@@ -2,6 +2,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/model/task_message.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
 
@@ -44,10 +45,10 @@ struct GoalEntry {
 };
 
 struct TableFile {
-  bool with_bridge = true, with_object = true;  // are demanded
+  bool with_bar = true, with_object = true;  // are demanded
   double surface_z_m = 0.0;
   std::vector<ObstacleEntry> balls;
-  kin::BridgeShape bridge;
+  kin::BarShape bar;
   std::vector<BoxEntry> boxes;
   std::vector<GoalEntry> goals;
   std::vector<double> object_position_m;
@@ -56,20 +57,20 @@ struct TableFile {
   void visit(ParamVisitor& v) {
     v("surface_z_m", surface_z_m, -10.0, 10.0);
     list(v, "balls", balls);
-    if (with_bridge) visit_bridge(v);
+    if (with_bar) visit_bar(v);
     list(v, "boxes", boxes);
     list(v, "goals", goals);
     if (with_object) visit_object(v);
   }
 
  private:
-  void visit_bridge(ParamVisitor& v) {
-    v.group("bridge", [this](ParamVisitor& g) {
-      g("x_m", bridge.x, -10.0, 10.0);
-      g("half_width_m", bridge.half_width, 0.01, 10.0);
-      g("height_m", bridge.height, 0.01, 10.0);
-      g("ball_radius_m", bridge.ball_radius, 1e-3, 1.0);
-      g("max_spacing_m", bridge.max_spacing, 1e-3, 1.0);
+  void visit_bar(ParamVisitor& v) {
+    v.group("bar", [this](ParamVisitor& g) {
+      g("x_m", bar.x, -10.0, 10.0);
+      g("half_width_m", bar.half_width, 0.01, 10.0);
+      g("height_m", bar.height, 0.01, 10.0);
+      g("ball_radius_m", bar.ball_radius, 1e-3, 1.0);
+      g("max_spacing_m", bar.max_spacing, 1e-3, 1.0);
     });
   }
   void visit_object(ParamVisitor& v) {
@@ -91,30 +92,25 @@ void set(const Eigen::Vector3d& p, v1::Vector3& out) {
 
 Eigen::Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
 
-v1::Goal goal_of(const std::string& name) {
-  if (name == "high") return v1::GOAL_HIGH;
-  return name == "low" ? v1::GOAL_LOW : v1::GOAL_UNSPECIFIED;
-}
-
-std::string name_of(v1::Goal goal) {
-  if (goal == v1::GOAL_HIGH) return "high";
-  return goal == v1::GOAL_LOW ? "low" : "";
+/// Name of a goal's place; none for a goal that is not known.
+std::string name_of(task::Goal goal) {
+  return goal == task::Goal::unknown ? "" : std::string(task::word(goal));
 }
 
 kin::Table table_of(const std::string& file, const TableFile& entry,
-                    std::optional<double> bridge_height) {
+                    std::optional<double> bar_height) {
   kin::Table table;
-  if (entry.with_bridge) {
-    kin::BridgeShape bridge = entry.bridge;
-    bridge.surface_z = entry.surface_z_m;
-    bridge.height = bridge_height.value_or(bridge.height);
-    if (bridge.height < bridge.ball_radius) {
-      throw ConfigError(file + ": bridge: height_m is below ball_radius_m");
+  if (entry.with_bar) {
+    kin::BarShape bar = entry.bar;
+    bar.surface_z = entry.surface_z_m;
+    bar.height = bar_height.value_or(bar.height);
+    if (bar.height < bar.ball_radius) {
+      throw ConfigError(file + ": bar: height_m is below ball_radius_m");
     }
-    table.balls = kin::bridge_balls(bridge);
-    table.bridge_center = kin::bar_center(bridge);
-    table.bridge_height = bridge.height;
-    table.bridge_half_width = bridge.half_width;
+    table.balls = kin::bar_balls(bar);
+    table.bar_center = kin::bar_center(bar);
+    table.bar_height = bar.height;
+    table.bar_half_width = bar.half_width;
   }
   for (const ObstacleEntry& ball : entry.balls) {
     table.balls.push_back({vector(ball.center_m), ball.radius_m});
@@ -135,16 +131,16 @@ kin::Table table_of(const std::string& file, const TableFile& entry,
 
 }  // namespace
 
-kin::Table load_table(const std::string& file, std::optional<double> bridge_height) {
+kin::Table load_table(const std::string& file, std::optional<double> bar_height) {
   TableFile entry;
   runtime::load_params(file, [&](ParamVisitor& v) { entry.visit(v); });
-  return table_of(file, entry, bridge_height);
+  return table_of(file, entry, bar_height);
 }
 
 kin::Table load_scene(const std::string& file) {
   const runtime::ParamSource source(runtime::find_model_file(file), {}, {});
   TableFile entry;
-  entry.with_bridge = source.gives("bridge");
+  entry.with_bar = source.gives("bar");
   entry.with_object = source.gives("object");
   source.read("", [&](ParamVisitor& v) { entry.visit(v); });
   return table_of(file, entry, {});
@@ -163,12 +159,14 @@ v1::Scene to_proto(const kin::Table& table) {
     set(box.half_extent, *out.mutable_half_extent_m());
     out.set_name(box.name);
   }
-  set(table.bridge_center, *scene.mutable_bridge()->mutable_center_in_world_m());
-  scene.mutable_bridge()->set_height_m(table.bridge_height);
-  scene.mutable_bridge()->set_half_width_m(table.bridge_half_width);
+  set(table.bar_center, *scene.mutable_bar()->mutable_center_in_world_m());
+  scene.mutable_bar()->set_height_m(table.bar_height);
+  scene.mutable_bar()->set_half_width_m(table.bar_half_width);
   for (const kin::GoalPlace& goal : table.goals) {
     v1::GoalPlace& out = *scene.add_goals();
-    out.set_goal(goal_of(goal.name));
+    out.set_goal(goal.name == "high"  ? v1::GOAL_HIGH
+                 : goal.name == "low" ? v1::GOAL_LOW
+                                      : v1::GOAL_UNSPECIFIED);
     set(goal.position, *out.mutable_position_in_world_m());
     out.set_radius_m(goal.radius);
   }
@@ -187,12 +185,12 @@ kin::Table from_proto(const v1::Scene& scene) {
     table.boxes.push_back(
         {vector(box.center_in_world_m()), vector(box.half_extent_m()), box.name()});
   }
-  table.bridge_center = vector(scene.bridge().center_in_world_m());
-  table.bridge_height = scene.bridge().height_m();
-  table.bridge_half_width = scene.bridge().half_width_m();
+  table.bar_center = vector(scene.bar().center_in_world_m());
+  table.bar_height = scene.bar().height_m();
+  table.bar_half_width = scene.bar().half_width_m();
   for (const v1::GoalPlace& goal : scene.goals()) {
     table.goals.push_back(
-        {name_of(goal.goal()), vector(goal.position_in_world_m()), goal.radius_m()});
+        {name_of(from_proto(goal.goal())), vector(goal.position_in_world_m()), goal.radius_m()});
   }
   table.object = vector(scene.object().position_in_world_m());
   table.object_radius = scene.object().radius_m();

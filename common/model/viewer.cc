@@ -8,7 +8,7 @@
 namespace mimesis::model {
 namespace {
 
-constexpr Rgba kTable{0.75, 0.72, 0.68, 1.0}, kBridge{0.25, 0.35, 0.55, 1.0},
+constexpr Rgba kTable{0.75, 0.72, 0.68, 1.0}, kBar{0.25, 0.35, 0.55, 1.0},
     kArm{0.95, 0.5, 0.1, 0.15}, kObject{0.1, 0.6, 0.3, 1.0}, kGoal{0.9, 0.2, 0.2, 0.4},
     kLink{0.82, 0.84, 0.87, 1.0}, kJoint{0.95, 0.45, 0.1, 1.0}, kHand{0.2, 0.2, 0.22, 1.0};
 
@@ -27,7 +27,7 @@ void draw_table(foxglove::SceneEntity& entity, const kin::Table& table) {
     add_box(entity, Eigen::Isometry3d(Eigen::Translation3d(box.center)), 2.0 * box.half_extent,
             kTable);
   }
-  for (const kin::Ball& ball : table.balls) add_ball(entity, ball.center, ball.radius, kBridge);
+  for (const kin::Ball& ball : table.balls) add_ball(entity, ball.center, ball.radius, kBar);
   for (const kin::GoalPlace& goal : table.goals) {
     add_ball(entity, goal.position, goal.radius, kGoal);
   }

@@ -48,7 +48,7 @@ GraphTime::GraphTime(const std::string& directory)
     kept =
         fstat(lock_, &held) == 0 && stat(path_.c_str(), &named) == 0 && held.st_ino == named.st_ino;
   }
-  // Who comes first wrote the line; the number behind it is missing if that was Python.
+  // The first node wrote the line; the number behind it is missing if that was Python.
   Shared file{};
   const ssize_t n = pread(lock_, &file, sizeof file, 0);
   const auto end = std::from_chars(file.text, file.text + sizeof file.text, file.offset_ns);

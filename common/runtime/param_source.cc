@@ -414,7 +414,10 @@ void ParamReader::operator()(std::string_view key, std::vector<std::string>& val
 void ParamReader::report_unknown_keys() {
   if (map_ == nullptr) return;
   for (const Yaml::Entry& entry : map_->entries) {
-    if (std::ranges::find(keys_, entry.key) == keys_.end()) {
+    if (std::ranges::find(keys_, entry.key) != keys_.end()) continue;
+    if (unknown_ != nullptr) {
+      unknown_->push_back(path_of(entry.key));
+    } else {
       mistake(entry.place, path_of(entry.key),
               "unknown parameter" + did_you_mean(entry.key, keys_));
     }
@@ -502,13 +505,15 @@ ParamSource::ParamSource(const std::string& reference, const std::vector<std::st
   }
 }
 
-void ParamSource::read(std::string_view owner, const VisitParams& visit) const {
+void ParamSource::read(std::string_view owner, const VisitParams& visit,
+                       std::vector<std::string>* unknown) const {
   Variables variables(document_);
   for (const std::string& arg : args_) {
     const auto [name, value] = split_assignment(arg, "--arg");
     bound_.contains(name) ? variables.bind(name, value) : variables.set_arg(arg);
   }
   ParamReader reader(owner, section_, variables, sets_);
+  reader.leave_unknown(unknown);
   visit(reader);
   reader.finish();
 }

@@ -41,6 +41,9 @@ class ParamReader final : public ParamVisitor {
   /// Call after the visit. @throws ConfigError with all mistakes, those of the file in its order.
   void finish();
 
+  /// Paths of the section that the visit does not know are no mistakes, but listed here.
+  void leave_unknown(std::vector<std::string>* unknown) { unknown_ = unknown; }
+
  private:
   struct Found {  // a value for the key being visited
     const Yaml* yaml = nullptr;
@@ -72,6 +75,7 @@ class ParamReader final : public ParamVisitor {
   std::set<std::string, std::less<>> used_sets_;
   std::vector<std::string> paths_;  // paths of all keys visited
   std::vector<Mistake> mistakes_;
+  std::vector<std::string>* unknown_ = nullptr;
   // The map being read:
   const Yaml* map_ = nullptr;
   Place here_;  // of the innermost map that the file has
@@ -101,9 +105,11 @@ class ParamSource {
   /// Reads into the struct behind `visit`. Every mistake is found, one per line of the error:
   ///   launch/crowd.yaml:7:22: crowd.k_1_s: 50 is outside [0.001, 10]
   /// @param owner put before the keys in messages: the node's name; may be empty
+  /// @param unknown  takes the section's keys that are not known; null: each is a mistake
   /// @throws ConfigError for unknown keys, values of a wrong type, out of range or not among the
   /// choices.
-  void read(std::string_view owner, const VisitParams& visit) const;
+  void read(std::string_view owner, const VisitParams& visit,
+            std::vector<std::string>* unknown = nullptr) const;
 
   /// Whether the file's section or --set has this key, which has no dots.
   bool gives(std::string_view key) const;

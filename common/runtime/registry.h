@@ -76,7 +76,7 @@ class Registry {
   const std::map<std::string, v1::NodeInfo>& nodes() const { return nodes_; }  ///< alive, by name
 
  private:
-  /// What stands under a name: another file after each publish().
+  /// Entry of a name: another file after each publish().
   struct Stamp {
     ino_t inode = 0;
     std::int64_t changed_ns = 0;

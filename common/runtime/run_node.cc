@@ -427,12 +427,19 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
     const std::vector<std::string> defaults = flat_params(visit);
     const std::vector<ParamInfo> infos = param_infos(visit);
     const ParamSource source(options.params, options.args, options.sets);
-    source.read(about.name, visit);
+    const bool replays = options.replay_fd >= 0;
+    std::vector<std::string> went;
+    source.read(about.name, visit, replays ? &went : nullptr);
+    if (!went.empty()) {
+      std::cerr << fmt::format("{}: parameters of the log that this version does not have: {}\n",
+                               options.bus.name,
+                               printable(fmt::format("{}", fmt::join(went, ", "))));
+    }
     const Named named(about.name, infos, visit, source);
     take_robot_rate(node, source, named, about.name);
     if (options.check || options.describe)
       return show_node(options, about, create, visit, infos, source);
-    if (options.replay_fd >= 0) return run_replay(options.bus, options.replay_fd, node);
+    if (replays) return run_replay(options.bus, options.replay_fd, node);
     return run_configured(options, effective_params(visit, defaults), named, node);
   } catch (const ConfigError& e) {
     std::cerr << printable(e.what(), "\n") << '\n';

@@ -21,7 +21,7 @@ std::optional<Integer> to_whole(std::string_view text, int base = 10) {
 }
 std::optional<int> to_int(std::string_view text);    ///< "010" is nothing: octal or ten?
 std::optional<bool> to_bool(std::string_view text);  ///< "true" or "false"
-/// Of an `if`: "true", "false", "!true" or "!false".
+/// Value of an `if`: "true", "false", "!true" or "!false".
 std::optional<bool> to_condition(std::string_view text);
 /// A number of at least 0 in these units, in the smallest: "1.5 min" -> 90e9 ns; below 9e18.
 struct TextUnit {

@@ -109,7 +109,7 @@ class ZmqBus final : public Bus {
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
   const v1::NodeInfo& info() const;               ///< description of this node
   const GraphTime& time() const;                  ///< the graph's wall clock
-  /// What the inputs took since the last report.
+  /// Counts of the inputs since the last report.
   std::vector<v1::InputHealth> report_inputs(Time now);
   std::uint64_t sent() const;           ///< messages since the start
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers

@@ -17,7 +17,7 @@ std::filesystem::path network_of(pid_t pid) {
 std::string NetHost::missing() {
   const bool there =
       geteuid() == 0 && Process("/usr/bin/unshare", {"-n", "ip", "link"}).wait() == 0;
-  return there ? "" : "no network namespaces here";
+  return there ? "" : "not here: no network namespaces";
 }
 
 NetHost::NetHost(int number, bool own)
@@ -37,8 +37,8 @@ std::string NetHost::wire(const NetHost& other) {
   Process make("/usr/sbin/ip",
                {"link", "add", device(other), "netns", std::to_string(pid_), "type", "veth", "peer",
                 "name", other.device(*this), "netns", std::to_string(other.pid_)});
-  if (make.wait() != 0) return "no virtual network here: " + make.errors();
-  return up(other) && other.up(*this) ? "" : "a wire cannot be set up";
+  if (make.wait() != 0) return "not here: no virtual network: " + make.errors();
+  return up(other) && other.up(*this) ? "" : "not here: a wire cannot be set up";
 }
 
 std::unique_ptr<Process> NetHost::start(const std::string& line) const {

@@ -13,15 +13,14 @@
 #include <filesystem>
 
 #include "common/error.h"
+#include "common/machine_time.h"
 
 namespace mimesis::testing {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-int left_ms(Clock::time_point deadline) {
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
-  return static_cast<int>(std::clamp<decltype(left)>(left, 0, 1'000'000));
+/// Milliseconds to wait before the next look at the machine's time.
+int left_ms(std::chrono::milliseconds left) {
+  return static_cast<int>(std::clamp(left, 0ms, 100ms).count());
 }
 
 /// A nameless file: unlike a pipe it never fills up and can be read at any time.
@@ -107,10 +106,11 @@ void Process::signal(int number) const {
 std::optional<int> Process::wait(std::chrono::milliseconds timeout) {
   if (status_) return status_;
   pollfd item{pidfd_, POLLIN, 0};
-  const auto deadline = Clock::now() + timeout;
-  while (poll(&item, 1, left_ms(deadline)) < 0) {
+  MachineTime time;
+  for (auto left = timeout; poll(&item, 1, left_ms(left)) <= 0;) {
+    left = timeout - std::chrono::duration_cast<std::chrono::milliseconds>(time.passed());
+    if (left <= 0ms) return std::nullopt;
   }
-  if (item.revents == 0) return std::nullopt;
   int raw = 0;
   MIMESIS_ASSERT(waitpid(pid_, &raw, 0) == pid_);
   constexpr int kKilled = 128;
@@ -126,14 +126,14 @@ std::optional<int> Process::terminate() {
 bool Process::wait_ready(const TestGraph& graph, const std::string& name,
                          std::chrono::milliseconds timeout) {
   runtime::GraphView view(graph.name());
-  const auto deadline = Clock::now() + timeout;
+  MachineTime time;
   for (;;) {
     for (const v1::NodeInfo& node : view.nodes()) {
       if (node.name() == name && node.ready() && node.pid() == static_cast<std::uint32_t>(pid_))
         return true;
     }
-    if (wait(0ms) || left_ms(deadline) == 0) return false;
-    view.wait(std::min(20ms, std::chrono::milliseconds(left_ms(deadline))));
+    if (wait(0ms) || time.passed() >= timeout) return false;
+    view.wait(20ms);
   }
 }
 
@@ -169,12 +169,12 @@ bool TestNode::until_in_lockstep(const std::function<bool()>& done, runtime::Tim
 
 bool TestNode::until(const std::function<bool()>& done, std::chrono::milliseconds timeout) {
   if (clock_) return until_in_lockstep(done, timeout);
-  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  MachineTime time;
   for (;;) {
     bus_->drain();
     if (done()) return true;
-    if (std::chrono::steady_clock::now() >= deadline) return false;
-    bus_->wait_message(std::min(deadline, std::chrono::steady_clock::now() + 2ms));
+    if (time.passed() >= timeout) return false;
+    bus_->wait_message(std::chrono::steady_clock::now() + 2ms);
   }
 }
 

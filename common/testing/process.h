@@ -32,6 +32,9 @@ class TestGraph {
   std::string name_, directory_;
 };
 
+// Limits of waits are those of a quiet machine (MachineTime): a busy one makes tests slower, not
+// wrong.
+
 /// A running program. Killed at the end if it still runs.
 class Process {
  public:

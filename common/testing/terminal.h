@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "common/machine_time.h"
+
 namespace mimesis::testing {
 
 /// A program on a terminal of its own.
@@ -42,7 +44,7 @@ class OnTerminal {
   }
   /// Waits until the screen shows `text` after the text seen before; returns the screen if not.
   ::testing::AssertionResult shows(const std::string& text) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    MachineTime time;
     for (;;) {
       if (const std::size_t at = screen_.find(text); at != std::string::npos) {
         screen_.erase(0, at + text.size());
@@ -53,7 +55,7 @@ class OnTerminal {
       ssize_t n = -1;
       if (poll(&item, 1, 100) > 0) n = read(terminal_, bytes, sizeof bytes);
       if (n > 0) screen_.append(bytes, static_cast<std::size_t>(n));
-      if (std::chrono::steady_clock::now() > deadline) {
+      if (time.passed() > std::chrono::seconds(10)) {
         return ::testing::AssertionFailure() << "no '" << text << "' in: " << screen_;
       }
     }

@@ -9,7 +9,7 @@ duration_s = math.pi * abs(angle_rad) / speed_rad_s  # of a cosine whose largest
 with mimesis.Graph("move") as graph:
     command = graph.publish("move/command", "mimesis.v1.JointCommand")
     start, farthest_rad = None, 0.0
-    for received in graph.subscribe("bridge/arm", timeout_s=5.0):  # one set-point for each measurement
+    for received in graph.subscribe("bridge/joint_states", timeout_s=5.0):  # one set-point for each measurement
         state = received.message
         if state.fault:
             sys.exit(state.fault)
@@ -23,5 +23,5 @@ with mimesis.Graph("move") as graph:
         target[joint] += angle_rad * (1.0 - math.cos(2.0 * math.pi * t_s / duration_s)) / 2.0
         command.send(command.message(position_rad=target))
     else:
-        sys.exit("bridge/arm is silent: does the bridge see the drives? mimesis topic echo bridge/status --once")
+        sys.exit("bridge/joint_states is silent: does the bridge see the drives? mimesis topic echo bridge/status --once")
 print(f"joint {joint + 1} moved by {farthest_rad:.3f} rad and back")

@@ -26,7 +26,7 @@ double since_s(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// Something that makes steps.
+/// A simulation to time.
 struct Stepping {
   std::function<void()> step;
   std::function<double()> time_s;

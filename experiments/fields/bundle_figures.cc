@@ -4,8 +4,8 @@
 
 #include "common/model/files.h"
 #include "experiments/fields/figures.h"
-#include "nodes/cognition/architecture_node.h"
 #include "nodes/cognition/imitator.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/trial.h"
 #include "nodes/planner/task_plan.h"
 
@@ -35,8 +35,8 @@ struct Known {
   const char* sequence;
 };
 const std::array<Known, 2> kKnown = {
-    {{{planner::Grip::precision, planner::Transport::above, "high"}, "precision,above,high"},
-     {{planner::Grip::full, planner::Transport::below, "low"}, "full,below,low"}}};
+    {{{task::Grip::precision, task::Transport::above, "high"}, "precision,above,high"},
+     {{task::Grip::full, task::Transport::below, "low"}, "full,below,low"}}};
 
 class Table {
  public:
@@ -73,7 +73,7 @@ class Table {
 
  private:
   kin::ArmModel arm_ = model::load_arm("lwr4.yaml");
-  kin::Table table_ = model::load_table("bridge_table.yaml");
+  kin::Table table_ = model::load_table("bar_table.yaml");
   planner::TaskSettings settings_;
   planner::Roadmap roadmap_ = planner::prepare_roadmap(arm_, table_, settings_);
 };
@@ -82,7 +82,7 @@ class Table {
 void show(Imitator& robot, const char* sequence) {
   robot.observe({}, false, 0.01);
   for (int i = 0; i < 150; ++i) {
-    robot.observe(parse_sequence(sequence), true, 0.01);
+    robot.observe(task::parse_demonstration(sequence), true, 0.01);
     robot.advance(0.01, false);
   }
 }
@@ -90,7 +90,7 @@ void show(Imitator& robot, const char* sequence) {
 Report learned_bundles(const PlotDir&) {
   Report report;
   const Table table;
-  Imitator robot({}, load_architecture("bundle_ladder.yaml"));
+  Imitator robot({}, load_network("bundle_fields.yaml"));
   int silent = 0;
   for (const Known& known : kKnown) {
     show(robot, known.sequence);

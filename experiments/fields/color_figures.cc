@@ -1,8 +1,8 @@
 #include <cmath>
 
 #include "experiments/fields/figures.h"
-#include "experiments/fields/ladder_plots.h"
-#include "nodes/cognition/architecture_node.h"
+#include "experiments/fields/network_plots.h"
+#include "nodes/cognition/network_file.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -15,19 +15,19 @@ using PlotDir = std::optional<std::filesystem::path>;
 
 /// Both sequences practised with their colour: light objects to the high goal, dark ones to the low
 /// goal.
-Ladder<double> color_trained() {
-  Ladder<double> ladder(load_architecture());
-  rehearse(ladder, parse_sequence("precision,above,high,light"));
-  rehearse(ladder, parse_sequence("full,below,low,dark"));
-  return ladder;
+FieldNetwork<double> color_trained() {
+  FieldNetwork<double> network(load_network());
+  rehearse(network, task::parse_demonstration("precision,above,high,light"));
+  rehearse(network, task::parse_demonstration("full,below,low,dark"));
+  return network;
 }
 
 /// Both sequences practised, colour never seen.
-Ladder<double> color_blind() {
-  Ladder<double> ladder(load_architecture());
-  rehearse(ladder, parse_sequence("precision,above,high"));
-  rehearse(ladder, parse_sequence("full,below,low"));
-  return ladder;
+FieldNetwork<double> color_blind() {
+  FieldNetwork<double> network(load_network());
+  rehearse(network, task::parse_demonstration("precision,above,high"));
+  rehearse(network, task::parse_demonstration("full,below,low"));
+  return network;
 }
 
 void plot_colours(Report& report, const PlotDir& dir, const std::string& name,
@@ -40,11 +40,11 @@ void plot_colours(Report& report, const PlotDir& dir, const std::string& name,
 /// Fig. 2.23: the colour of the object alone triggers goal and means.
 Report color_to_goal(const PlotDir& dir) {
   Report report;
-  Ladder<double> ladder = color_trained(), blind = color_blind();
+  FieldNetwork<double> network = color_trained(), blind = color_blind();
   for (const Color color : {Color::light, Color::dark}) {
     const int site = static_cast<int>(color) - 1;
     const std::string name(site_label(Layer::color, site));
-    const Recording r = record(ladder, {.shown = {.color = color}});
+    const Recording r = record(network, {.shown = {.color = color}});
     report.rows.push_back(
         holds(name + " object: PFC holds " + std::string(site_label(Layer::pfc, site)),
               r.result.site(Layer::pfc) == site, published("M18 fig. 2.23")));
@@ -72,11 +72,11 @@ Report color_to_goal(const PlotDir& dir) {
 /// Fig. 2.24: the goal alone triggers the colour of the object to grasp.
 Report goal_to_color(const PlotDir& dir) {
   Report report;
-  Ladder<double> ladder = color_trained(), blind = color_blind();
+  FieldNetwork<double> network = color_trained(), blind = color_blind();
   for (const Goal goal : {Goal::high, Goal::low}) {
     const int site = static_cast<int>(goal) - 1;
     const std::string name(site_label(Layer::pfc, site));
-    const Recording r = record(ladder, {.shown = {.goal = goal}});
+    const Recording r = record(network, {.shown = {.goal = goal}});
     report.rows.push_back(
         holds(name + " goal: COL holds " + std::string(site_label(Layer::color, site)),
               r.result.site(Layer::color) == site, published("M18 fig. 2.24")));

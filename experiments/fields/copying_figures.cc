@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "experiments/fields/figures.h"
-#include "experiments/fields/ladder_plots.h"
+#include "experiments/fields/network_plots.h"
 #include "experiments/fields/situations.h"
 
 namespace mimesis::cognition {
@@ -19,25 +19,25 @@ using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-std::vector<double> weights(const Ladder<double>& ladder, const char* c) {
-  const auto n = static_cast<std::size_t>(ladder.field(Layer::pf).params().neurons);
+std::vector<double> weights(const FieldNetwork<double>& network, const char* c) {
+  const auto n = static_cast<std::size_t>(network.field(Layer::pf).params().neurons);
   std::vector<double> all;
   for (std::size_t y = 0; y < n; ++y) {
-    for (std::size_t x = 0; x < n; ++x) all.push_back(ladder.link(c).weight(x, y));
+    for (std::size_t x = 0; x < n; ++x) all.push_back(network.link(c).weight(x, y));
   }
   return all;
 }
 
 /// Largest difference of the learned PF->PFC weights to eq. 2.4 at the present activity, relative.
-double distance_to_closed_form(const Ladder<double>& ladder) {
-  const auto r1 = ladder.field(Layer::pfc).rate(), r2 = ladder.field(Layer::pf).rate();
-  const double local = ladder.field(Layer::pf).f2(ladder.architecture().learning.local_above);
+double distance_to_closed_form(const FieldNetwork<double>& network) {
+  const auto r1 = network.field(Layer::pfc).rate(), r2 = network.field(Layer::pf).rate();
+  const double local = network.field(Layer::pf).f2(network.spec().learning.local_above);
   double worst = 0.0, largest = 0.0;
   for (std::size_t y = 0; y < r2.size(); ++y) {
     for (std::size_t x = 0; x < r1.size(); ++x) {
       const bool both = r1[x] >= local && r2[y] >= local;
-      const double exact = both ? ladder.eta("PF->PFC") * r1[x] * r2[y] : 0.0;
-      worst = std::max(worst, std::abs(ladder.link("PF->PFC").weight(x, y) - exact));
+      const double exact = both ? network.eta("PF->PFC") * r1[x] * r2[y] : 0.0;
+      worst = std::max(worst, std::abs(network.link("PF->PFC").weight(x, y) - exact));
       largest = std::max(largest, exact);
     }
   }
@@ -49,9 +49,9 @@ double distance_to_closed_form(const Ladder<double>& ladder) {
 Report copying(const Demonstration& shown, int pf, int site, const std::string& title,
                const std::string& name, const PlotDir& plot_dir) {
   Report report;
-  Ladder<double> ladder(load_architecture());
-  const auto untouched = weights(ladder, "PF->PFC");
-  const Recording r = record(ladder, {.shown = shown});
+  FieldNetwork<double> network(load_network());
+  const auto untouched = weights(network, "PF->PFC");
+  const Recording r = record(network, {.shown = shown});
   const auto label = [&](Layer layer, int expected) {
     const Peaks& peaks = r.result.peaks[index(layer)];
     std::ostringstream what;
@@ -68,14 +68,14 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
   report.rows.push_back(
       holds("the colour field stays at rest", r.result.site(Layer::color) < 0, goal()));
   report.rows.push_back(holds("without reward the links keep every bit",
-                              weights(ladder, "PF->PFC") == untouched,
+                              weights(network, "PF->PFC") == untouched,
                               closed_form("eq. 2.3 times 0")));
-  const bool rewarded = rehearse(ladder, shown);
-  run_trial(ladder, {.shown = shown});
+  const bool rewarded = rehearse(network, shown);
+  run_trial(network, {.shown = shown});
   report.rows.push_back(near("links after 2 s of reward: distance to eq. 2.4",
-                             rewarded ? distance_to_closed_form(ladder) : 1.0,
+                             rewarded ? distance_to_closed_form(network) : 1.0,
                              closed_form(std::exp(-5.0), "eq. 2.3 after 5 τ_s"), 0.003, "1"));
-  const TrialResult alone = run_trial(ladder, {});
+  const TrialResult alone = run_trial(network, {});
   bool quiet = true;
   for (const Layer layer : kAllLayers) quiet = quiet && std::isnan(alone.onset(layer));
   report.rows.push_back(holds("control: task input alone ignites no field, trained or not", quiet,
@@ -90,8 +90,8 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
 /// The caption of fig. 2.17 names the lower target, its text the higher: a robot that has practised
 /// nothing copies both.
 void copying_to_low(Report& report, const PlotDir& plot_dir) {
-  Ladder<double> ladder(load_architecture());
-  const Recording r = record(ladder, {.shown = parse_sequence("precision,above,low")});
+  FieldNetwork<double> network(load_network());
+  const Recording r = record(network, {.shown = task::parse_demonstration("precision,above,low")});
   report.rows.push_back(holds("caption: PFC holds the low goal", r.result.site(Layer::pfc) == 1,
                               published("M18 fig. 2.17, caption")));
   report.rows.push_back(holds("caption: PF and F5 hold the same means, PG and AT",
@@ -139,13 +139,14 @@ void plot_switch(const std::filesystem::path& png, const std::vector<Recording>&
 Report task_strength(const PlotDir& plot_dir) {
   Report report;
   const Constants constants;
-  Ladder<double> ladder = practised<double>(constants, Practice::both_means);
+  FieldNetwork<double> network = practised<double>(constants, Practice::both_means);
   std::vector<Recording> runs;
   int switches = 0;
   bool monotone = true, always_high = true, f5_follows = true;
   for (const double factor : kStrengths) {
     const TaskInput task{.goal = factor};
-    runs.push_back(record(ladder, {.shown = parse_sequence("full,below,high"), .task = task}));
+    runs.push_back(
+        record(network, {.shown = task::parse_demonstration("full,below,high"), .task = task}));
     const TrialResult& now = runs.back().result;
     always_high = always_high && now.site(Layer::pfc) == 0;
     const int grip = now.site(Layer::pf) == kPgAt ? 0 : 1;
@@ -168,8 +169,8 @@ Report task_strength(const PlotDir& plot_dir) {
   report.rows.push_back(at_least("delay of the goal, weakest / strongest",
                                  weak.onset(Layer::pfc) / strong.onset(Layer::pfc), 1.8, "1",
                                  "the order of STS between them must not be left to chance"));
-  const TrialResult agreed =
-      run_trial(ladder, {.shown = parse_sequence("precision,above,high"), .task = {.goal = 0.0}});
+  const TrialResult agreed = run_trial(
+      network, {.shown = task::parse_demonstration("precision,above,high"), .task = {.goal = 0.0}});
   const double delay_ms = 1000 * (weak.onset(Layer::pfc) - agreed.onset(Layer::pfc));
   report.rows.push_back(holds("no expectation: the conflict of FG, BT with the goal delays PFC",
                               delay_ms > 0.0, published("M18 2.4.1")));
@@ -189,22 +190,22 @@ Report task_strength(const PlotDir& plot_dir) {
 
 void add_copying_figures(std::vector<reproduce::Figure>& to) {
   to.push_back({"fig-2.17",
-                "Copying the means: precision grip, above the bridge, high goal (caption: low)",
+                "Copying the means: precision grip, above the bar, high goal (caption: low)",
                 "M18",
                 {.published = 9, .closed_form = 2, .goal = 1},
                 [](const PlotDir& dir) {
                   Report report = copying(
-                      parse_sequence("precision,above,high"), kPgAt, 0,
+                      task::parse_demonstration("precision,above,high"), kPgAt, 0,
                       "Fig. 2.17: precision grip and transport above are copied", "fig-2.17", dir);
                   copying_to_low(report, dir);
                   return report;
                 }});
   to.push_back({"fig-2.18",
-                "Copying the means: full grip, below the bridge, low goal",
+                "Copying the means: full grip, below the bar, low goal",
                 "M18",
                 {.published = 7, .closed_form = 2, .goal = 1},
                 [](const PlotDir& dir) {
-                  return copying(parse_sequence("full,below,low"), kFgBt, 1,
+                  return copying(task::parse_demonstration("full,below,low"), kFgBt, 1,
                                  "Fig. 2.18: full grip and transport below are copied", "fig-2.18",
                                  dir);
                 }});

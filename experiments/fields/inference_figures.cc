@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "experiments/fields/figures.h"
-#include "experiments/fields/ladder_plots.h"
+#include "experiments/fields/network_plots.h"
 #include "experiments/fields/situations.h"
 
 namespace mimesis::cognition {
@@ -17,7 +17,7 @@ using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
 /// Both preferred sequences learned by eq. 2.3.
-Ladder<double> familiar() { return practised<double>({}, Practice::familiar); }
+FieldNetwork<double> familiar() { return practised<double>({}, Practice::familiar); }
 
 bool decides(const TrialResult& r, Grip grip, Transport transport, Goal goal) {
   return r.decision.settled && r.decision.grip == grip && r.decision.transport == transport &&
@@ -36,9 +36,9 @@ void plot(Report& report, const PlotDir& dir, const std::string& name, const std
 /// Fig. 2.20: only the full grip is seen.
 Report inference(const PlotDir& dir) {
   Report report;
-  Ladder<double> ladder = familiar();
+  FieldNetwork<double> network = familiar();
   const Demonstration grip_only{.grip = Grip::full};
-  const Recording seen = record(ladder, {.shown = grip_only});
+  const Recording seen = record(network, {.shown = grip_only});
   const TrialResult& r = seen.result;
   report.rows.push_back(holds(
       "order STS, PF, PFC",
@@ -52,18 +52,18 @@ Report inference(const PlotDir& dir) {
   report.rows.push_back(
       holds("the transport was not seen", r.site(Layer::sts_transport) < 0, goal()));
 
-  const TrialResult mirror = run_trial(ladder, {.shown = {.grip = Grip::precision}});
+  const TrialResult mirror = run_trial(network, {.shown = {.grip = Grip::precision}});
   report.rows.push_back(holds("PG alone: decision PG, AT, high",
                               decides(mirror, Grip::precision, Transport::above, Goal::high),
                               goal()));
-  const TrialResult unready = run_trial(ladder, {.shown = grip_only, .task = kNoTask});
+  const TrialResult unready = run_trial(network, {.shown = grip_only, .task = kNoTask});
   bool only_sts = unready.site(Layer::sts_grip) == 1;
   for (const Layer layer : kAllLayers) {
     only_sts = only_sts && (layer == Layer::sts_grip || std::isnan(unready.onset(layer)));
   }
   report.rows.push_back(holds("control, no task input: nothing but STS becomes active", only_sts,
                               prototype("fields.md")));
-  Ladder<double> novice(load_architecture());
+  FieldNetwork<double> novice(load_network());
   const TrialResult untrained = run_trial(novice, {.shown = grip_only});
   report.rows.push_back(
       holds("control, never practised: no goal is inferred",
@@ -73,12 +73,12 @@ Report inference(const PlotDir& dir) {
   return report;
 }
 
-/// Fig. 2.21: full grip, above, high goal; the robot's bridge has a bar.
+/// Fig. 2.21: full grip, above, high goal; the robot's obstacle has a bar.
 Report override_means(const PlotDir& dir) {
   Report report;
-  Ladder<double> ladder = familiar();
+  FieldNetwork<double> network = familiar();
   const Demonstration shown{.grip = Grip::full, .transport = Transport::above, .goal = Goal::high};
-  const Recording seen = record(ladder, {.shown = shown});
+  const Recording seen = record(network, {.shown = shown});
   const TrialResult& r = seen.result;
   report.rows.push_back(holds(
       "order PFC, PF, STS",
@@ -92,14 +92,14 @@ Report override_means(const PlotDir& dir) {
   report.rows.push_back(at_most("highest activity of FG in F5", seen.highest_at(Layer::f5_grip, 1),
                                 0.0, "1", "the grip that was seen is never even begun"));
 
-  Ladder<double> lesioned = practised<double>({}, Practice::lesioned);
+  FieldNetwork<double> lesioned = practised<double>({}, Practice::lesioned);
   const TaskInput no_habit{.means = 0.0};
   const Recording lesion = record(lesioned, {.shown = shown, .task = no_habit});
   const Sites copied = {1, 0, kFgAt, 1, 0, 0, -1};
   report.rows.push_back(holds("lesion of PFC->PF: PF holds FG-AT, F5 copies FG and AT",
                               sites_of(lesion.result) == copied, prototype("fields.md")));
   report.rows.push_back(holds("control, links whole and no habit: PF holds PG-AT, F5 PG and AT",
-                              sites_of(run_trial(ladder, {.shown = shown, .task = no_habit})) ==
+                              sites_of(run_trial(network, {.shown = shown, .task = no_habit})) ==
                                   Sites{1, 0, kPgAt, 0, 0, 0, -1},
                               goal()));
   plot(report, dir, "fig-2.21",
@@ -115,11 +115,11 @@ Report override_means(const PlotDir& dir) {
 /// Fig. 2.22: while FG is observed, a test plan with this grip decides between PG-AT and FG-AT.
 Report test_plan(const PlotDir& dir) {
   Report report;
-  Ladder<double> ladder = familiar();
+  FieldNetwork<double> network = familiar();
   const Demonstration full_above{.grip = Grip::full, .transport = Transport::above};
   const Demonstration full_below{.grip = Grip::full, .transport = Transport::below};
-  const Recording preferred = record(ladder, dialogue({}));
-  const Recording copied = record(ladder, dialogue(full_above));
+  const Recording preferred = record(network, dialogue({}));
+  const Recording copied = record(network, dialogue(full_above));
   const TrialResult& r = copied.result;
   double before_plan = -10.0;  // while only the grasp was seen
   for (std::size_t i = 0; i < copied.time_s.size() && copied.time_s[i] < kPlanned_s; ++i) {
@@ -139,9 +139,9 @@ Report test_plan(const PlotDir& dir) {
                               published("M18 fig. 2.22")));
   report.rows.push_back(
       holds("had the test plan found FG, BT: FG and BT",
-            sites_of(run_trial(ladder, dialogue(full_below))) == Sites{1, -1, kFgBt, 1, 1, 0, -1},
+            sites_of(run_trial(network, dialogue(full_below))) == Sites{1, -1, kFgBt, 1, 1, 0, -1},
             goal()));
-  Ladder<double> cut = familiar();
+  FieldNetwork<double> cut = familiar();
   cut.cut("F5g->PF");
   cut.cut("F5t->PF");
   report.rows.push_back(holds("control, F5->PF cut: the test plan does not reach PF",

@@ -28,7 +28,7 @@ Report jitter(const PlotDir&) {
     kept["all"] = 0;
     for (unsigned seed = 1; seed <= kSets; ++seed) {
       Constants constants;
-      constants.ladder.dt_s = 0.005;
+      constants.network.dt_s = 0.005;
       for (const auto& figure : figures_that_hold<float>(jittered(constants, seed, spread))) {
         ++kept[figure];
       }
@@ -100,7 +100,7 @@ Decision decide(Imitator& robot, Demonstration shown, const View& view, bool ane
 /// What a node with the default practice decides, with each symbol changed or removed.
 Report sensitivity(const PlotDir&) {
   Report report;
-  Imitator robot({}, load_architecture());
+  Imitator robot({}, load_network());
   for (std::size_t v = 0; v < kViews.size(); ++v) {
     std::array<Demonstration, 8> demonstrations;
     std::array<Decision, 8> decisions;
@@ -132,7 +132,7 @@ Report sensitivity(const PlotDir&) {
 
 /// When PFC becomes active for the high goal of that confidence, shown alone [s]; negative: never.
 double goal_onset_s(const std::vector<std::string>& goals, double confidence) {
-  Imitator robot({.goals = goals}, load_architecture());
+  Imitator robot({.goals = goals}, load_network());
   robot.observe({.goal = Goal::high, .goal_confidence = confidence}, true, 0.01);
   while (robot.stage() == Imitator::Stage::deciding) robot.advance(0.01, false);
   return robot.reasons().fields()[index(Layer::pfc)].onset_s;
@@ -141,7 +141,7 @@ double goal_onset_s(const std::vector<std::string>& goals, double confidence) {
 /// Of the eight demonstrations, seen grip, transport, goal in turn, those that are decided as if
 /// all had begun together.
 int decided_alike(double order_s) {
-  Imitator together({}, load_architecture()), in_turn({.order_s = order_s}, load_architecture());
+  Imitator together({}, load_network()), in_turn({.order_s = order_s}, load_network());
   int alike = 0;
   for (int i = 0; i < 8; ++i) {
     const Demonstration all{.grip = static_cast<Grip>(1 + i / 4),

@@ -7,8 +7,8 @@
 
 #include "common/plot/gnuplot.h"
 #include "experiments/fields/figures.h"
-#include "nodes/cognition/architecture_node.h"
-#include "nodes/cognition/ladder.h"
+#include "nodes/cognition/field_network.h"
+#include "nodes/cognition/network_file.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -31,21 +31,21 @@ using Field = NeuralField<double>;
 
 long steps_of(double s) { return std::lround(s / kFieldStep_s); }
 
-/// models/sequence_ladder.yaml: a transient field for each event, with shunted links from every one
+/// models/sequence_fields.yaml: a transient field for each event, with shunted links from every one
 /// to every other (a working set of constants: M18 prints none).
 class Chain {
  public:
   /// @param gain of the links when they act
   Chain(std::size_t events, double threshold, double gain = 1.0, double decay = 0.6)
-      : ladder_(architecture(events, threshold, gain, decay)) {}
+      : network_(spec(events, threshold, gain, decay)) {}
 
   /// Shows the events in order, one after the other by `delay_s`. Links learn, but do not act yet.
   void train(double delay_s, int trials) {
     std::vector<double> onsets_s;
     for (std::size_t e = 0; e < events(); ++e) onsets_s.push_back(delay_s * static_cast<double>(e));
-    ladder_.recall(false);
+    network_.recall(false);
     for (int trial = 0; trial < trials; ++trial) show(onsets_s, onsets_s.back() + 0.6);
-    ladder_.recall(true);
+    network_.recall(true);
   }
 
   /// Starts from one event alone: max u of each field over time.
@@ -57,8 +57,8 @@ class Chain {
 
   /// The largest synaptic weight.
   double strength(std::size_t from, std::size_t to) const {
-    const auto& fields = ladder_.architecture().fields;
-    const Link<double>& link = ladder_.link(fields[from].name + "->" + fields[to].name);
+    const auto& fields = network_.spec().fields;
+    const Link<double>& link = network_.link(fields[from].name + "->" + fields[to].name);
     double largest = 0.0;
     for (std::size_t i = 0; i < kN; ++i) {
       for (std::size_t j = 0; j < kN; ++j) largest = std::max(largest, link.weight(i, j));
@@ -67,9 +67,8 @@ class Chain {
   }
 
  private:
-  static Architecture architecture(std::size_t events, double threshold, double gain,
-                                   double decay) {
-    Architecture a = load_architecture("sequence_ladder.yaml");
+  static NetworkSpec spec(std::size_t events, double threshold, double gain, double decay) {
+    NetworkSpec a = load_network("sequence_fields.yaml");
     a.fields.resize(events);
     std::erase_if(a.links, [&](const LinkSpec& l) {
       return a.field_index(l.from) >= events || a.field_index(l.to) >= events;
@@ -85,28 +84,28 @@ class Chain {
     return a;
   }
 
-  std::size_t events() const { return ladder_.architecture().fields.size(); }
+  std::size_t events() const { return network_.spec().fields.size(); }
 
   /// max u of each field over time.
   std::vector<std::vector<double>> show(const std::vector<double>& onsets_s, double duration_s) {
     std::vector<std::vector<double>> courses(events());
-    ladder_.reset();
+    network_.reset();
     for (long k = 0; k < steps_of(duration_s); ++k) {
-      Stimulus shown(ladder_.architecture());
+      Stimulus shown(network_.spec());
       for (std::size_t e = 0; e < events(); ++e) {
         const long onset = steps_of(onsets_s[e]);
         if (k < onset || k >= onset + steps_of(kInput_s)) continue;
-        add_input(ladder_.architecture(), "event", e, 0, 1.0, shown);
+        add_input(network_.spec(), "event", e, 0, 1.0, shown);
       }
-      ladder_.step(shown);
+      network_.step(shown);
       for (std::size_t e = 0; e < events(); ++e) {
-        courses[e].push_back(std::ranges::max(ladder_.field(e).activity()));
+        courses[e].push_back(std::ranges::max(network_.field(e).activity()));
       }
     }
     return courses;
   }
 
-  Ladder<double> ladder_;
+  FieldNetwork<double> network_;
 };
 
 /// Time of the first u > 0, NaN if never [ms].
@@ -177,7 +176,7 @@ Report chain(const PlotDir& dir) {
 class TwoInputs {
  public:
   TwoInputs()
-      : field_(load_architecture("sequence_ladder.yaml").fields[0].params, kFieldStep_s),
+      : field_(load_network("sequence_fields.yaml").fields[0].params, kFieldStep_s),
         link_(kN, 2, kGain) {
     for (std::size_t i = 0; i < kN; ++i) {
       for (std::size_t s = 0; s < 2; ++s) {

@@ -20,12 +20,12 @@ double normal(std::mt19937& random) {
 std::vector<std::vector<double*>> Constants::gains() {
   const auto links = [this](std::initializer_list<const char*> names) {
     std::vector<double*> all;
-    for (const char* name : names) all.push_back(&ladder.gain(name));
+    for (const char* name : names) all.push_back(&network.gain(name));
     return all;
   };
   const auto input = [this](const char* name, std::initializer_list<const char*> fields) {
     std::vector<double*> all;
-    for (const char* field : fields) all.push_back(&ladder.input_gain(name, field));
+    for (const char* field : fields) all.push_back(&network.input_gain(name, field));
     return all;
   };
   return {links({"STSg->PF", "STSt->PF"}),
@@ -45,17 +45,18 @@ std::vector<std::vector<double*>> Constants::gains() {
 }
 
 template <class Real>
-Ladder<Real> practised(const Constants& constants, Practice practice) {
-  Ladder<Real> ladder(constants.ladder);
-  if (practice == Practice::none) return ladder;
+FieldNetwork<Real> practised(const Constants& constants, Practice practice) {
+  FieldNetwork<Real> network(constants.network);
+  if (practice == Practice::none) return network;
   const bool colors = practice == Practice::colors;
-  rehearse(ladder, parse_sequence(colors ? "precision,above,high,light" : "precision,above,high"));
-  rehearse(ladder, parse_sequence(colors ? "full,below,low,dark" : "full,below,low"));
+  rehearse(network, task::parse_demonstration(colors ? "precision,above,high,light"
+                                                     : "precision,above,high"));
+  rehearse(network, task::parse_demonstration(colors ? "full,below,low,dark" : "full,below,low"));
   if (practice == Practice::both_means) {
-    ladder.install("PFC->PF", 0, kFgBt, constants.weak);
+    network.install("PFC->PF", 0, kFgBt, constants.weak);
   }
-  if (practice == Practice::lesioned) ladder.cut("PFC->PF");
-  return ladder;
+  if (practice == Practice::lesioned) network.cut("PFC->PF");
+  return network;
 }
 
 Sites sites_of(const TrialResult& result) {
@@ -72,7 +73,7 @@ std::vector<Situation> situations() {
   const Demonstration full{.grip = Grip::full};
   const Demonstration full_above{.grip = Grip::full, .transport = Transport::above};
   const auto copied = [&](const char* sequence) {
-    return Trial{.shown = parse_sequence(sequence), .task = task};
+    return Trial{.shown = task::parse_demonstration(sequence), .task = task};
   };
   constexpr Sites kSilent = {-1, -1, -1, -1, -1, -1, -1};
   using enum Practice;
@@ -105,7 +106,7 @@ std::vector<Situation> situations() {
   all.push_back({"2.19",
                  "no expectation: the means shown",
                  both_means,
-                 {.shown = parse_sequence("full,below,high"), .task = no_expectation},
+                 {.shown = task::parse_demonstration("full,below,high"), .task = no_expectation},
                  {1, 1, kFgBt, 1, 1, 0, -1}});
   all.push_back({"2.20",
                  "FG alone: low inferred",
@@ -130,7 +131,7 @@ std::vector<Situation> situations() {
   all.push_back({"2.21",
                  "lesion of PFC->PF: FG copied",
                  lesioned,
-                 {.shown = parse_sequence("full,above,high"), .task = no_habit},
+                 {.shown = task::parse_demonstration("full,above,high"), .task = no_habit},
                  {1, 0, kFgAt, 1, 0, 0, -1}});
   all.push_back({"2.22",
                  "no test plan: the preferred means",
@@ -169,14 +170,14 @@ Trial dialogue(const Demonstration& planned) {
 
 template <class Real>
 std::vector<std::string> figures_that_hold(const Constants& constants) {
-  std::map<Practice, Ladder<Real>> ladders;
+  std::map<Practice, FieldNetwork<Real>> networks;
   std::map<std::string, bool> held;
   bool all = true;
   for (const Situation& s : situations()) {
-    if (!ladders.contains(s.practice)) {
-      ladders.emplace(s.practice, practised<Real>(constants, s.practice));
+    if (!networks.contains(s.practice)) {
+      networks.emplace(s.practice, practised<Real>(constants, s.practice));
     }
-    const bool ok = sites_of(run_trial(ladders.at(s.practice), s.trial)) == s.expected;
+    const bool ok = sites_of(run_trial(networks.at(s.practice), s.trial)) == s.expected;
     held.try_emplace(s.figure, true).first->second &= ok;
     all = all && ok;
   }
@@ -197,8 +198,8 @@ Constants jittered(Constants constants, unsigned seed, double spread) {
   return constants;
 }
 
-template Ladder<float> practised(const Constants&, Practice);
-template Ladder<double> practised(const Constants&, Practice);
+template FieldNetwork<float> practised(const Constants&, Practice);
+template FieldNetwork<double> practised(const Constants&, Practice);
 template std::vector<std::string> figures_that_hold<float>(const Constants&);
 template std::vector<std::string> figures_that_hold<double>(const Constants&);
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/cognition/architecture_node.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -29,9 +29,9 @@ struct Situation {
   Sites expected;
 };
 
-/// The shipped ladder, and fig. 2.19's link to the strategy that is not preferred.
+/// The shipped network, and fig. 2.19's link to the strategy that is not preferred.
 struct Constants {
-  Architecture ladder = load_architecture();
+  NetworkSpec network = load_network();
   double weak = 0.1;  ///< relative to a link that was learned completely [1]
 
   /// All but those of the fields themselves; gains of one kind vary together.
@@ -39,7 +39,7 @@ struct Constants {
 };
 
 template <class Real>
-Ladder<Real> practised(const Constants& constants, Practice practice);
+FieldNetwork<Real> practised(const Constants& constants, Practice practice);
 
 Sites sites_of(const TrialResult& result);
 
@@ -58,8 +58,8 @@ std::vector<std::string> figures_that_hold(const Constants& constants);
 /// Constants with every gain multiplied by 1 + spread * (normal deviate).
 Constants jittered(Constants constants, unsigned seed, double spread);
 
-extern template Ladder<float> practised(const Constants&, Practice);
-extern template Ladder<double> practised(const Constants&, Practice);
+extern template FieldNetwork<float> practised(const Constants&, Practice);
+extern template FieldNetwork<double> practised(const Constants&, Practice);
 extern template std::vector<std::string> figures_that_hold<float>(const Constants&);
 extern template std::vector<std::string> figures_that_hold<double>(const Constants&);
 

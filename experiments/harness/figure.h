@@ -73,7 +73,7 @@ RowCounts count(const std::vector<Row>& rows);
 /// As "2 published, 1 goal".
 std::string to_text(const RowCounts& counts);
 
-/// What a figure declares of itself.
+/// Declaration of a figure.
 struct Declared {
   int published = 0, closed_form = 0, prototype = 0, goal = 0;
   RowCounts counts() const { return {published, closed_form, prototype, goal}; }

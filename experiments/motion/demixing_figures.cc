@@ -10,7 +10,7 @@
 #include "common/shared_data.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/grafted_raises.h"
-#include "tools/mimesis/demix/demix_plots.h"
+#include "nodes/synthesizer/verb/demix_plots.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -438,7 +438,7 @@ std::vector<Figure> figures() {
       {"fig-2.13", "Links between clusters", "M18", {1, 1, 0, 0}, fig_2_13},
       {"fig-2.14", "The path before and after on-line refinement", "M18", {1, 1, 0, 1}, fig_2_14},
   };
-  std::ranges::move(bridge_figures(), std::back_inserter(all));
+  std::ranges::move(bar_figures(), std::back_inserter(all));
   std::ranges::sort(all, {}, [](const Figure& f) { return std::stoi(f.name.substr(6)); });
   return all;
 }

@@ -4,7 +4,7 @@
 #include "common/image/image_file.h"
 #include "common/shared_data.h"
 #include "experiments/sight/figures.h"
-#include "tools/mimesis/calibrate/calibration_pictures.h"
+#include "nodes/vision/verb/calibration_pictures.h"
 
 namespace mimesis::vision {
 namespace {

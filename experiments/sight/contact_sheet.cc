@@ -39,7 +39,7 @@ vision::WatcherSetup setup_for(const image::Image& image) {
   setup.boxes = {};
   setup.boxes.hand = {70.0, 121.0, 137.0, 200.0, 30.0, 250.0};
   for (vision::ColorBox* other :
-       {&setup.boxes.object, &setup.boxes.bridge, &setup.boxes.goal_high, &setup.boxes.goal_low}) {
+       {&setup.boxes.object, &setup.boxes.bar, &setup.boxes.goal_high, &setup.boxes.goal_low}) {
     *other = {1.0, 0.0, 1.0, 0.0};  // empty: only hands are sought
   }
   const int pixels = image.width * image.height;

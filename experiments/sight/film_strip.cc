@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   }
   try {
     camera::Picture picture;
-    if (argc > 2) picture.script.lesson = camera::parse_lesson(argv[2]);
+    if (argc > 2) picture.script.demonstration = task::parse_demonstration(argv[2]);
     const int columns = argc > 3 ? std::atoi(argv[3]) : 4;
     if (columns < 1 || columns > 16) throw ConfigError("COLUMNS: expected 1..16");
     const int rows = columns == 1 ? 1 : 3;

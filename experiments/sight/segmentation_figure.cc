@@ -25,7 +25,7 @@ constexpr double kNoise = 8.0;
 constexpr std::uint64_t kFirstSceneSeed =
     701;  // ranges and constants were chosen on 301 to 312 and 501 to 512
 constexpr int kScenes = 12, kPictures = 20;
-constexpr std::array<Kind, 4> kStill{Kind::object, Kind::bridge, Kind::goal_high, Kind::goal_low};
+constexpr std::array<Kind, 4> kStill{Kind::object, Kind::bar, Kind::goal_high, Kind::goal_low};
 
 camera::RandomScene random(std::uint64_t seed) {
   camera::RandomScene scene = camera::random_scene(camera::Picture{}, seed);
@@ -33,7 +33,7 @@ camera::RandomScene random(std::uint64_t seed) {
   return scene;
 }
 
-/// What stands there in truth.
+/// Ground truth of the scene.
 vision::Solid truth(const camera::TeacherTable& t, Kind kind) {
   constexpr double kCap = 0.02;
   switch (kind) {
@@ -42,9 +42,9 @@ vision::Solid truth(const camera::TeacherTable& t, Kind kind) {
               {t.object_x_m, 0.5 * t.object_height_m, 0.0},
               t.object_radius_m,
               t.object_height_m};
-    case Kind::bridge:
+    case Kind::bar:
       return {vision::Form::bar,
-              {0.0, t.bridge_height_m + 0.5 * t.bar_thickness_m, 0.0},
+              {0.0, t.bar_height_m + 0.5 * t.bar_thickness_m, 0.0},
               0.5 * t.bar_thickness_m,
               2.0 * t.bar_half_span_m,
               0.5 * M_PI,
@@ -85,7 +85,7 @@ void draw(const std::filesystem::path& file, const Shown& shown,
   for (const vision::Thing& thing : watcher.stereo()->things()) {
     const auto goal = thing.kind == Kind::goal_high || thing.kind == Kind::goal_low
                           ? watcher.classify(thing)
-                          : vision::Goal::unknown;
+                          : task::Goal::unknown;
     for (int side = 0; side < 2; ++side) {
       std::vector<cv::Point2f> points;
       const auto shift = static_cast<float>(side * left.cols);
@@ -101,10 +101,10 @@ void draw(const std::filesystem::path& file, const Shown& shown,
       const Vector3d& c = thing.solid.center;
       const std::string text =
           fmt::format("{}{} {:.0f} {:.0f} {:.0f} mm",
-                      goal == vision::Goal::unknown ? vision::name(thing.kind) : "goal",
-                      goal == vision::Goal::high  ? " (high)"
-                      : goal == vision::Goal::low ? " (low)"
-                                                  : "",
+                      goal == task::Goal::unknown ? vision::name(thing.kind) : "goal",
+                      goal == task::Goal::high  ? " (high)"
+                      : goal == task::Goal::low ? " (low)"
+                                                : "",
                       1e3 * c.x(), 1e3 * c.y(), 1e3 * c.z());
       cv::putText(out, text, border.front() + cv::Point(-60, 16), cv::FONT_HERSHEY_SIMPLEX, 0.4,
                   cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
@@ -148,8 +148,7 @@ void add_places(Report& report, const PlotDir& dir) {
       doubt.add(std::sqrt(error.dot(things[0].covariance_m2.inverse() * error) / 3.0));
       if (kind == Kind::goal_high || kind == Kind::goal_low) {
         const bool high = (kind == Kind::goal_high) == (k % 2 == 0);
-        gaps_right +=
-            watcher.classify(things[0]) == (high ? vision::Goal::high : vision::Goal::low);
+        gaps_right += watcher.classify(things[0]) == (high ? task::Goal::high : task::Goal::low);
       }
     }
     rows = std::max(rows, watcher.stereo()->rows_off_px().value_or(INFINITY));
@@ -265,7 +264,7 @@ void add_changes(Report& report) {
   camera::RandomScene scene = random(kFirstSceneSeed + 90);
   Shown before(scene);
   scene.picture.table.goal_low_x_m += 0.03;
-  scene.picture.table.bridge_removed = true;
+  scene.picture.table.bar_removed = true;
   Shown after(scene);
   vision::TableWatcher watcher = watcher_for(before, 3);
   for (int i = 0; i < kPictures; ++i) watch(watcher, before, 1e-3 * i);
@@ -274,7 +273,7 @@ void add_changes(Report& report) {
     watch(watcher, after, 1e-3 * i);
     for (const std::string& change : watcher.stereo()->changes()) {
       const bool moved = change.starts_with("goal_low") && change.find("moved by") != change.npos,
-                 gone = change.starts_with("bridge") && change.ends_with("is gone");
+                 gone = change.starts_with("bar") && change.ends_with("is gone");
       if (moved && moved_at < 0) moved_at = i + 1;
       if (gone && gone_at < 0) gone_at = i + 1;
       others += moved || gone ? 0 : 1;
@@ -283,7 +282,7 @@ void add_changes(Report& report) {
   const double never = 1e3;
   report.rows.push_back(at_most("pictures until a stand moved by 30 mm is reported",
                                 moved_at < 0 ? never : moved_at, goal(6), "1", "suddenly"));
-  report.rows.push_back(at_most("pictures until a bridge taken away is reported",
+  report.rows.push_back(at_most("pictures until a bar taken away is reported",
                                 gone_at < 0 ? never : gone_at, goal(60), "1",
                                 "a hand may hide it for shorter"));
   report.rows.push_back(holds("no other change is reported", others == 0, goal()));

@@ -32,11 +32,11 @@ vision::TableWatcher watcher_of(const std::array<image::Camera, 2>& cameras, boo
   return vision::TableWatcher(setup);
 }
 
-/// The teacher's table: precision grip, above the bridge, to the high goal.
+/// The teacher's table: precision grip, above the bar, to the high goal.
 void watch_teacher(Report& report, image::Image& shown) {
   for (const bool light : {true, false}) {
     camera::Picture picture;
-    picture.script.color = light ? camera::Color::light : camera::Color::dark;
+    picture.script.demonstration.color = light ? task::Color::light : task::Color::dark;
     const auto cameras = camera::usual_cameras(picture.view, 0.3);
     camera::Renderer left(picture, cameras[0], 0), right(picture, cameras[1], 1);
     vision::TableWatcher watcher = watcher_of(cameras, false);
@@ -50,40 +50,39 @@ void watch_teacher(Report& report, image::Image& shown) {
       if (light && t < 3.4) shown = a;
     }
     const vision::ActionRecognizer& action = watcher.action();
-    const auto color = light ? vision::Color::light : vision::Color::dark;
+    const auto color = light ? task::Color::light : task::Color::dark;
     report.rows.push_back(holds(light ? "a light object is seen as one" : "a dark object, too",
                                 action.color().value == color, published(kFigure)));
     if (!light) continue;
     report.rows.push_back(holds("grip is precision (PG)",
-                                action.grip().value == vision::Grip::precision,
-                                published(kFigure)));
-    report.rows.push_back(holds("trajectory is above the bridge (AT)",
-                                action.transport().value == vision::Transport::above,
+                                action.grip().value == task::Grip::precision, published(kFigure)));
+    report.rows.push_back(holds("trajectory is above the bar (AT)",
+                                action.transport().value == task::Transport::above,
                                 published(kFigure)));
     const auto goals = watcher.stereo()->goals();
     const bool two = goals.size() == 2;
     report.rows.push_back(holds("the higher target has the small spatial gap",
-                                two && watcher.classify(goals[0]) == vision::Goal::high &&
-                                    watcher.classify(goals[1]) == vision::Goal::low,
+                                two && watcher.classify(goals[0]) == task::Goal::high &&
+                                    watcher.classify(goals[1]) == task::Goal::low,
                                 published(kFigure)));
     const camera::TeacherTable& table = picture.table;
     const auto gap = [&](std::size_t k) {
       return 1e3 * (two ? watcher.gap_m(goals[k]).value_or(NAN) : NAN);
     };
-    report.rows.push_back(near("small gap", gap(0),
-                               closed_form(1e3 * (table.bridge_height_m - table.goal_high_y_m),
-                                           "heights of bar and stand"),
-                               3.0, "mm", "0.2 % of the depth, of two things"));
+    report.rows.push_back(near(
+        "small gap", gap(0),
+        closed_form(1e3 * (table.bar_height_m - table.goal_high_y_m), "heights of bar and stand"),
+        3.0, "mm", "0.2 % of the depth, of two things"));
     report.rows.push_back(near(
         "large gap", gap(1),
-        closed_form(1e3 * (table.bridge_height_m - table.goal_low_y_m), "heights of bar and stand"),
+        closed_form(1e3 * (table.bar_height_m - table.goal_low_y_m), "heights of bar and stand"),
         3.0, "mm", "0.2 % of the depth, of two things"));
   }
 }
 
 /// The robot's camera, which stands opposite.
 void watch_robot(Report& report, image::Image& shown) {
-  const kin::Table table = model::load_table("bridge_table.yaml");
+  const kin::Table table = model::load_table("bar_table.yaml");
   const kin::ArmModel arm = model::load_arm("lwr4.yaml");
   std::vector<Eigen::Isometry3d> X;
   kin::forward(arm, arm.home, X);
@@ -112,7 +111,7 @@ void watch_robot(Report& report, image::Image& shown) {
     watcher.watch(shown);
   }
   vision::RobotTableSetup setup;
-  setup.doubt = 0.0;  // the places themselves
+  setup.inflation_sigma = 0.0;  // the places themselves
   setup.origin_m = {kRobotOrigin.x(), kRobotOrigin.y(), kRobotOrigin.z()};
   const auto seen = vision::robot_table(*watcher.stereo(), setup);
   const auto off = [&](const Vector3d& a, const Vector3d& c) {
@@ -122,9 +121,8 @@ void watch_robot(Report& report, image::Image& shown) {
   const char* why = "cameras known exactly, 20 pictures, arm at home in view";
   report.rows.push_back(at_most("robot's camera: place of the object",
                                 off(found.object, table.object), goal(3.0), "mm", why));
-  report.rows.push_back(at_most("robot's camera: place of the bridge",
-                                off(found.bridge_center, table.bridge_center), goal(3.0), "mm",
-                                why));
+  report.rows.push_back(at_most("robot's camera: place of the bar",
+                                off(found.bar_center, table.bar_center), goal(3.0), "mm", why));
   for (std::size_t k = 0; k < 2; ++k) {
     report.rows.push_back(at_most("robot's camera: " + table.goals[k].name + " goal",
                                   off(found.goals[k].position, table.goals[k].position), goal(3.0),

@@ -51,10 +51,10 @@ Demonstration demonstration(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto coin = [&random] { return (random() >> 40) % 2 == 0; };
   camera::Picture usual;
-  usual.script.lesson = {coin() ? camera::Grip::full : camera::Grip::precision,
-                         coin() ? camera::Transport::below : camera::Transport::above,
-                         coin() ? camera::Goal::low : camera::Goal::high};
-  usual.script.color = coin() ? camera::Color::dark : camera::Color::light;
+  usual.script.demonstration = {coin() ? task::Grip::full : task::Grip::precision,
+                                coin() ? task::Transport::below : task::Transport::above,
+                                coin() ? task::Goal::low : task::Goal::high};
+  usual.script.demonstration.color = coin() ? task::Color::dark : task::Color::light;
   usual.script.duration_s = 4.5 + 3.5 * static_cast<double>(random() >> 11) * 0x1.0p-53;
   Demonstration out{camera::random_scene(usual, seed), coin()};
   camera::TeacherTable& table = out.scene.picture.table;
@@ -66,9 +66,9 @@ void judge(const Demonstration& shown_one, std::uint64_t seed, Scores& scores) {
   Shown shown(shown_one.scene);
   vision::TableWatcher watcher = watcher_for(shown, seed);
   const vision::ActionRecognizer& action = watcher.action();
-  auto grip = vision::Grip::unknown;
-  auto transport = vision::Transport::unknown;
-  auto place = vision::Goal::unknown;
+  auto grip = task::Grip::unknown;
+  auto transport = task::Transport::unknown;
+  auto place = task::Goal::unknown;
   for (double t = 0.0; t < shown.left.end_s() + 0.5; t += kPicture_s) {
     watch(watcher, shown, t);
     scores.grip.follow(grip, action.grip().value);
@@ -76,20 +76,11 @@ void judge(const Demonstration& shown_one, std::uint64_t seed, Scores& scores) {
     scores.goal.follow(place, action.goal().value);
   }
   const camera::TeacherScript& script = shown_one.scene.picture.script;
-  const bool to_high = (script.lesson.goal == camera::Goal::high) != shown_one.swapped;
-  scores.grip.add(
-      grip,
-      script.lesson.grip == camera::Grip::precision ? vision::Grip::precision : vision::Grip::full,
-      seed);
-  scores.transport.add(transport,
-                       script.lesson.transport == camera::Transport::above
-                           ? vision::Transport::above
-                           : vision::Transport::below,
-                       seed);
-  scores.goal.add(place, to_high ? vision::Goal::high : vision::Goal::low, seed);
-  scores.color.add(
-      action.color().value,
-      script.color == camera::Color::light ? vision::Color::light : vision::Color::dark, seed);
+  const bool to_high = (script.demonstration.goal == task::Goal::high) != shown_one.swapped;
+  scores.grip.add(grip, script.demonstration.grip, seed);
+  scores.transport.add(transport, script.demonstration.transport, seed);
+  scores.goal.add(place, to_high ? task::Goal::high : task::Goal::low, seed);
+  scores.color.add(action.color().value, script.demonstration.color, seed);
   scores.complete += action.complete() ? 1 : 0;
 }
 

@@ -41,22 +41,7 @@ GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
           .hold_on_silence = holds(p, joints),
           .cycle = runtime::from_seconds(1.0 / joints.rate_hz),
           .extrapolated_cycles = joints.extrapolated_cycles,
-          .arms_itself = p.arming == "auto"};
-}
-
-v1::JointLimits to_proto(const std::string& robot, const Joints& joints) {
-  v1::JointLimits message;
-  message.set_robot(robot);
-  message.set_rate_hz(joints.rate_hz);
-  message.mutable_joints()->Assign(joints.names.begin(), joints.names.end());
-  const auto fill = [](auto* field, const Eigen::VectorXd& v) {
-    field->Assign(v.begin(), v.end());
-  };
-  fill(message.mutable_lower_rad(), joints.limits.q_min);
-  fill(message.mutable_upper_rad(), joints.limits.q_max);
-  fill(message.mutable_speed_rad_s(), joints.limits.v_max);
-  fill(message.mutable_acceleration_rad_s2(), joints.limits.a_max);
-  return message;
+          .enables_itself = p.enable == "auto"};
 }
 
 /// Every how many steps something slower is due.
@@ -76,7 +61,7 @@ BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
 
 BridgeNode::BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machine)
     : params_(machine.first),
-      limits_message_(to_proto(params_.robot, machine.second)),
+      names_(machine.second.names),
       gate_(gate_limits(params_, machine.second)),
       driver_(make_actuators({.params = params_,
                               .joints = machine.second,
@@ -88,10 +73,9 @@ BridgeNode::BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machi
       hand_command_(bus, "hand_command",
                     {.sole = true, .optional = params_.readonly || params_.hand.empty()}),
       emergency_stop_(bus, "emergency_stop", {.optional = true}),
-      arm_(bus, "arm"),
+      joint_states_(bus, "joint_states"),
       hand_(bus, "hand"),
       joints_(bus, "joints"),
-      limits_(bus, "limits", {.latched = true}),
       status_(bus, "status", {.latched = true}),
       can_(bus, "can") {
   params_.rate_hz = machine.second.rate_hz;
@@ -111,18 +95,18 @@ void BridgeNode::serve(runtime::Bus& bus) {
               [this, act](const std::string&) -> tl::expected<std::string, Status> {
                 if (const std::string why = act(); !why.empty()) return tl::unexpected(Status{why});
                 v1::BridgeStatus answer = status_message_;
-                answer.set_armed(gate_.armed());
+                answer.set_enabled(gate_.enabled());
                 answer.set_reason(gate_.reason());
                 return answer.SerializeAsString();
               });
   };
   const auto readonly = [this] { return params_.readonly ? "read-only: sends nothing" : ""; };
-  offer("arm", [this, readonly]() -> std::string {
+  offer("enable", [this, readonly]() -> std::string {
     if (reading_ == nullptr) return "no step yet";
-    return params_.readonly ? readonly() : gate_.arm(*reading_);
+    return params_.readonly ? readonly() : gate_.enable(*reading_);
   });
-  offer("disarm", [this]() -> std::string {
-    gate_.disarm("service bridge/disarm");
+  offer("disable", [this]() -> std::string {
+    gate_.disable("service bridge/disable");
     return {};
   });
   // Ends an emergency stop, and takes drives out of their faults.
@@ -209,24 +193,24 @@ void BridgeNode::step_hand(runtime::Time now) {
   hand_.send(state, now);
 }
 
-void BridgeNode::publish_arm(runtime::Time now, const Reading& arm) {
+void BridgeNode::publish_joint_states(runtime::Time now, const Reading& arm) {
   if (!arm.posture_known) return;  // zeros would be a posture
-  arm_message_.Clear();
+  joint_states_message_.Clear();
   for (const JointReading& joint : arm.joints) {
-    arm_message_.add_position_rad(joint.position_rad);
-    arm_message_.add_velocity_rad_s(joint.velocity_rad_s);
-    arm_message_.add_torque_n_m(joint.torque_n_m);
-    arm_message_.add_drives(static_cast<v1::DriveState>(joint.drive));
+    joint_states_message_.add_position_rad(joint.position_rad);
+    joint_states_message_.add_velocity_rad_s(joint.velocity_rad_s);
+    joint_states_message_.add_torque_n_m(joint.torque_n_m);
+    joint_states_message_.add_drives(static_cast<v1::DriveState>(joint.drive));
   }
-  arm_message_.set_operational(arm.phase == Phase::following);
-  arm_message_.set_fault(arm.phase == Phase::fault ? arm.reason : "");
-  arm_.send(arm_message_, now);
+  joint_states_message_.set_operational(arm.phase == Phase::following);
+  joint_states_message_.set_fault(arm.phase == Phase::fault ? arm.reason : "");
+  joint_states_.send(joint_states_message_, now);
 
   if (steps_ % every(params_.rate_hz, kJointsRateHz) != 0) return;
   foxglove::JointStates states;
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
     auto* state = states.add_joints();
-    state->set_name(limits_message_.joints(static_cast<int>(i)));
+    state->set_name(names_[i]);
     state->set_position(arm.joints[i].position_rad);
     state->set_velocity(arm.joints[i].velocity_rad_s);
     state->set_effort(arm.joints[i].torque_n_m);
@@ -238,7 +222,7 @@ void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
   const std::string& reason = arm.reason.empty() ? gate_.reason() : arm.reason;
   const bool changed = status_message_.state() != name(arm.phase) ||
                        status_message_.reason() != reason ||
-                       status_message_.armed() != gate_.armed();
+                       status_message_.enabled() != gate_.enabled();
   if (!changed && now < status_due_) return;
   if (changed) {
     const std::string line =
@@ -255,19 +239,18 @@ void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
   status_message_.set_modbus_transactions(hand_reading_.transactions);
   status_message_.set_modbus_errors(hand_reading_.errors);
   status_message_.set_commands_limited(arm.limited);
-  status_message_.set_armed(gate_.armed());
+  status_message_.set_enabled(gate_.enabled());
   status_.send(status_message_, now);
 }
 
 void BridgeNode::step(runtime::Time now) {
-  if (steps_ == 0) limits_.send(limits_message_, now);
   const Reading& arm = driver_->read(now);
   reading_ = &arm;
   take_stops(arm);
   take_command(now, arm);
   driver_->write(now, gate_.decide(now, arm));
   step_hand(now);
-  publish_arm(now, arm);
+  publish_joint_states(now, arm);
   publish_status(now, arm);
   publish_frames(now);
   ++steps_;

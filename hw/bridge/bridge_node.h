@@ -1,10 +1,12 @@
 #pragma once
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
-#include "hw/bridge/actuators_node.h"
+#include "hw/bridge/bridge_params.h"
 #include "hw/bridge/command_gate.h"
 #include "hw/outside/recorded.h"
 #include "hw/outside/stop_inputs.h"
@@ -31,12 +33,12 @@ class BridgeNode {
   void publish_frames(runtime::Time now);
   void take_command(runtime::Time now, const Reading& arm);
   void step_hand(runtime::Time now);
-  void publish_arm(runtime::Time now, const Reading& arm);
+  void publish_joint_states(runtime::Time now, const Reading& arm);
   void publish_status(runtime::Time now, const Reading& arm);
 
   Params params_;
-  v1::JointLimits limits_message_;
-  std::vector<double> ahead_;  // of the newest command
+  std::vector<std::string> names_;  // of the joints
+  std::vector<double> ahead_;       // of the newest command
   CommandGate gate_;
   outside::FrameLog frames_;
   std::unique_ptr<Actuators> driver_;
@@ -49,16 +51,15 @@ class BridgeNode {
   std::uint64_t steps_ = 0;
   runtime::Time status_due_{};
   v1::BridgeStatus status_message_;
-  v1::JointState arm_message_;
+  v1::JointState joint_states_message_;
   runtime::Throttle refusals_{std::chrono::seconds(1)};
 
   runtime::Latest<v1::JointCommand> command_;
   runtime::Latest<v1::HandCommand> hand_command_;
   runtime::Latest<v1::EmergencyStop> emergency_stop_;
-  runtime::Out<v1::JointState> arm_;
+  runtime::Out<v1::JointState> joint_states_;
   runtime::Out<v1::HandState> hand_;
   runtime::Out<foxglove::JointStates> joints_;
-  runtime::Out<v1::JointLimits> limits_;
   runtime::Out<v1::BridgeStatus> status_;
   runtime::Out<v1::CanFrame> can_;
 };

@@ -10,7 +10,7 @@
 namespace mimesis::hw::bridge {
 namespace {
 
-constexpr const char* kNotArmed = "not armed (service bridge/arm)";
+constexpr const char* kNotEnabled = "not enabled (service bridge/enable)";
 
 }  // namespace
 
@@ -18,11 +18,11 @@ CommandGate::CommandGate(GateLimits limits)
     : limits_(std::move(limits)),
       command_(limits_.v_max_rad_s.size(), 0.0),
       track_(limits_.cycle, limits_.v_max_rad_s, limits_.a_max_rad_s2),
-      armed_(limits_.arms_itself),
-      reason_(armed_ ? "no command yet" : kNotArmed) {}
+      enabled_(limits_.enables_itself),
+      reason_(enabled_ ? "no command yet" : kNotEnabled) {}
 
-std::string CommandGate::arm(const Reading& arm) {
-  if (armed_) return {};
+std::string CommandGate::enable(const Reading& arm) {
+  if (enabled_) return {};
   if (stopped()) return emergency_ + ": bridge/reset ends it, once it is released";
   if (arm.phase == Phase::fault || arm.phase == Phase::starting) return arm.reason;
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
@@ -34,8 +34,8 @@ std::string CommandGate::arm(const Reading& arm) {
                          name_of(i), text(arm.joints[i]));
     }
   }
-  armed_ = true;
-  reason_ = "armed: no command yet";
+  enabled_ = true;
+  reason_ = "enabled: no command yet";
   return {};
 }
 
@@ -47,21 +47,21 @@ void CommandGate::close(const std::string& why) {
   reason_ = why;
 }
 
-void CommandGate::disarm(const std::string& why) {
-  armed_ = false;
-  close("disarmed: " + why);
+void CommandGate::disable(const std::string& why) {
+  enabled_ = false;
+  close("disabled: " + why);
 }
 
 void CommandGate::emergency_stop(const std::string& why) {
   if (stopped()) return;  // the first cause counts
   emergency_ = "emergency stop: " + why;
-  armed_ = false;
+  enabled_ = false;
   close(emergency_);
 }
 
 void CommandGate::release() {
   emergency_.clear();
-  armed_ = limits_.arms_itself;
+  enabled_ = limits_.enables_itself;
   needs_silence_ = true;
   reason_ = "ready after an emergency stop";
 }
@@ -89,7 +89,7 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
                        command_.size());
   }
   if (stopped()) return emergency_;
-  if (!armed_) return kNotArmed;
+  if (!enabled_) return kNotEnabled;
   if (!std::ranges::all_of(position_rad, [](double q) { return std::isfinite(q); })) {
     return "command holds a position that is not a finite number";
   }
@@ -159,7 +159,7 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
   if (arm.phase == Phase::fault) {
     if (open_) close(arm.reason);
     rest_ = Mode::idle;
-    armed_ = limits_.arms_itself && !stopped();
+    enabled_ = limits_.enables_itself && !stopped();
   }
   if (!open_) return {.mode = rest_};
   const Time age = now - accepted_;

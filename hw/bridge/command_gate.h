@@ -22,14 +22,14 @@ struct GateLimits {
   bool hold_on_silence = false;      ///< instead of a quick stop: come to rest, powered
   Time cycle = std::chrono::milliseconds(5);  ///< period of `decide`
   int extrapolated_cycles = 0;  ///< that may be left out: the drives go on at their rate
-  bool arms_itself = true;      ///< else no stream is obeyed before arm()
+  bool enables_itself = true;   ///< else no stream is obeyed before enable()
 };
 
-/// Decides in every cycle whether the stream of commands is obeyed. A stream needs armed joints and
-/// starts with a command at the actual posture; it ends by silence. A fault, an emergency stop and
-/// disarm() end the arming. Late or silent commands stop the arm: on its path, if
-/// the last command said how it goes on, else joint by joint. After a fault only a new stream
-/// counts: one that comes after silence. Pure: knows graph time as argument.
+/// Decides in every cycle whether the stream of commands is obeyed. A stream needs enabled joints
+/// and starts with a command at the actual posture; it ends by silence. A fault, an emergency stop
+/// and disable() disable them. Late or silent commands stop the arm: on its path, if the last
+/// command said how it goes on, else joint by joint. After a fault only a new stream counts: one
+/// that comes after silence. Pure: knows graph time as argument.
 class CommandGate {
  public:
   explicit CommandGate(GateLimits limits);
@@ -42,11 +42,11 @@ class CommandGate {
                     std::span<const double> ahead = {});
 
   /// Streams are obeyed from now on. @return empty, or why not: axis, state, statusword
-  std::string arm(const Reading& arm);
-  bool armed() const { return armed_; }
-  /// Quick stop; no stream is obeyed until arm().
-  void disarm(const std::string& why);
-  /// Quick stop; nothing is obeyed until release(), then arm().
+  std::string enable(const Reading& arm);
+  bool enabled() const { return enabled_; }
+  /// Quick stop; no stream is obeyed until enable().
+  void disable(const std::string& why);
+  /// Quick stop; nothing is obeyed until release(), then enable().
   void emergency_stop(const std::string& why);
   bool stopped() const { return !emergency_.empty(); }
   /// Ends an emergency stop; the joints stay where they are.
@@ -78,7 +78,7 @@ class CommandGate {
   bool open_ = false;
   bool ending_ = false;  // silent: comes to rest on its path
   bool needs_silence_ = false;
-  bool armed_;
+  bool enabled_;
   std::string emergency_;   // why; empty: none
   Mode rest_ = Mode::idle;  // without a stream
   std::string reason_;

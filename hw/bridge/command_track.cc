@@ -162,7 +162,7 @@ Time CommandTrack::bounded(Time wanted) {
   return best;
 }
 
-/// Of the way that is known.
+/// Time of the last known set-point.
 Time CommandTrack::end() const {
   return back(0).stamp + cycle_ * static_cast<int>(std::max(rows_, std::size_t{1}));
 }

@@ -26,7 +26,6 @@
 #include "common/runtime/folder_changes.h"
 #include "common/runtime/log.h"
 #include "hw/can/messages.h"
-#include "hw/can/multicast.h"
 #include "hw/can/slcan.h"
 
 namespace mimesis::hw::can {
@@ -343,18 +342,16 @@ void check_address(const std::string& address) {
   const std::string kind = address.substr(0, colon);
   const bool named = colon != std::string::npos && colon + 1 < address.size();
   if (named && kind == "embedded" && address.find('/') == std::string::npos) return;
-  if (named && (kind == "socketcan" || kind == "udp_multicast")) return;
+  if (named && kind == "socketcan") return;
   if (named && kind == "slcan" && address[colon + 1] == '/') return;
   throw ConfigError("CAN bus '" + address +
-                    "': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP or "
-                    "slcan:/dev/NAME");
+                    "': expected embedded:NAME, socketcan:INTERFACE or slcan:/dev/NAME");
 }
 
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory) {
   check_address(address);
   const std::string name = address.substr(address.find(':') + 1);
   if (address.starts_with("embedded")) return std::make_unique<EmbeddedBus>(name, directory);
-  if (address.starts_with("udp_multicast")) return open_multicast(name);
   if (address.starts_with("slcan")) return open_slcan(name);
   return std::make_unique<SocketCan>(name);
 }

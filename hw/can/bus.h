@@ -79,7 +79,6 @@ class Bus {
 /// Opens the bus at `address`:
 ///   embedded:NAME    Unix datagram sockets below `directory` (the graph's), no CAN in the kernel
 ///   socketcan:IFACE  the kernel's CAN interface
-///   udp_multicast:GROUP  see multicast.h; on this machine alone
 ///   slcan:/dev/NAME  an adapter on a serial line, see slcan.h
 /// @throws ConfigError with one line: unknown kind, no such interface, interface down, no CAN in
 /// the kernel

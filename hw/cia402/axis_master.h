@@ -39,8 +39,8 @@ class AxisMaster {
   bool configured() const { return step_ == steps_.size() && failure_.empty(); }
   /// Empty, or the reason why the configuration cannot continue.
   const std::string& failure() const { return failure_; }
-  /// What is less than asked for, a line each: "A2 (node 5): 1400:05: sub-index does not exist
-  /// (0x06090011): ...".
+  /// Restrictions that the drive imposes, a line each: "A2 (node 5): 1400:05: sub-index does not
+  /// exist (0x06090011): ...".
   const std::vector<std::string>& notes() const { return notes_; }
   /// True once if the drive has rebooted since it was configured.
   bool take_rebooted() { return std::exchange(rebooted_, false); }

@@ -17,7 +17,7 @@ std::uint16_t encode_statusword(DriveState state);
 namespace controlword {
 inline constexpr std::uint16_t kDisableVoltage = 0x00, kQuickStop = 0x02, kShutdown = 0x06,
                                kSwitchOn = 0x07, kEnableOperation = 0x0F, kFaultReset = 0x80;
-/// Of an enabled drive: a new set-point of profile position (at once, not after the present one),
+/// For an enabled drive: a new set-point of profile position (at once, not after the present one),
 /// or the start of homing.
 inline constexpr std::uint16_t kNewSetpoint = 0x10, kAtOnce = 0x20, kStartHoming = 0x10;
 }  // namespace controlword

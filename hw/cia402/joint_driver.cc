@@ -447,7 +447,7 @@ Mode GroupDriver::mode_of(const Reading& part, Mode asked, bool ready) const {
 void GroupDriver::write(Time now, const Setpoint& setpoint) {
   const bool ready =
       std::ranges::all_of(readings_, [](const Reading* r) { return r->phase == Phase::following; });
-  // Decided for all before any of them changes.
+  // All decisions of a cycle are made before the first state changes.
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     modes_[i] = mode_of(*readings_[i], setpoint.mode, ready);
   }

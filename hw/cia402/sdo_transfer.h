@@ -22,7 +22,7 @@ class SdoTransfer {
   std::optional<can::Frame> handle(const can::Frame& frame);
 
   bool done() const { return done_; }
-  /// Of a transfer that is done: empty, or why it failed, in words.
+  /// Why the finished transfer failed, in words; empty: it did not.
   const std::string& failure() const { return failure_; }
   const std::vector<std::uint8_t>& data() const { return data_; }
 

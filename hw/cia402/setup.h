@@ -56,7 +56,7 @@ struct Period {
 /// @throws ConfigError if 1/rate is no whole number of 0.1 ms up to 255
 Period period_of(double rate_hz);
 
-/// What a drive is told about its joint.
+/// Settings of a drive for its joint.
 struct JointSetup {
   double q_min = 0.0, q_max = 0.0;    ///< [rad]
   double v_max = 0.0;                 ///< [rad/s]
@@ -79,7 +79,7 @@ struct JointSetup {
 std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Period period,
                                    QuickStop quick_stop = QuickStop::disables);
 
-/// What these steps map; a PDO that they leave alone is empty.
+/// The mapping after these steps; a PDO that they leave alone is empty.
 PdoMaps maps_of(const std::vector<SetupStep>& steps);
 int bytes_of(const std::vector<Mapped>& map);  ///< length of a PDO
 

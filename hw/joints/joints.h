@@ -17,7 +17,7 @@ struct Joints {
   Eigen::VectorXd home;         ///< where a simulation starts [rad]
   Eigen::VectorXd effort_n_m;   ///< largest torque; 0: not in the file
   bool walks = false;           ///< would fall without power
-  std::string drives;           ///< kind of its actuators, see hw/bridge/actuators_node.h
+  std::string drives;           ///< kind of its actuators, see hw/bridge/bridge_params.h
   double rate_hz = 200.0;       ///< rate of commands and readings
   int extrapolated_cycles = 0;  ///< without a set-point the drives go on at their rate for so long
 

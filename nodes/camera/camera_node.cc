@@ -9,15 +9,15 @@
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
 #include "nodes/camera/random_scene.h"
-#include "nodes/camera/recorded_device_node.h"
+#include "nodes/camera/recorded_device.h"
 
 namespace mimesis::camera {
 namespace {
 
 Picture picture_of(const CameraParams& p) {
   Picture picture = p.picture;
-  picture.script.lesson = parse_lesson(p.teacher);
-  picture.script.color = p.color == "dark" ? Color::dark : Color::light;
+  picture.script.demonstration = task::parse_demonstration(p.teacher, "teacher");
+  picture.script.demonstration.color = task::parse_symbol<Color>(p.color, "color");
   picture.script.only_grasp = p.shown == "grasp";
   picture.script.repeat = p.repeat;
   picture.seed = static_cast<std::uint64_t>(p.seed);
@@ -79,11 +79,9 @@ void CameraParams::visit(runtime::ParamVisitor& v) {
   v("seed", seed, 0, 1 << 30);
   v.file("robot", robot, "arm");
   v("origin_m", origin_m, -10.0, 10.0, 3);
-  v("start_s", picture.script.start_s, 0.0, 3600.0);
   v("duration_s", picture.script.duration_s, 1.0, 120.0);
-  v("pause_s", picture.script.pause_s, 0.0, 3600.0);
-  v("bridge_height_m", picture.table.bridge_height_m, 0.13, 0.30);
-  v("bridge_removed", picture.table.bridge_removed);
+  v("bar_height_m", picture.table.bar_height_m, 0.13, 0.30);
+  v("bar_removed", picture.table.bar_removed);
   v.changeable([&] {
     v("noise", picture.faults.noise, 0.0, 40.0);
     v("blur_px", picture.faults.blur_px, 0.0, 10.0);
@@ -115,7 +113,7 @@ image::Rig rig_of(const std::vector<image::Camera>& cameras, const CameraParams&
 
 v1::BlobKind kind_of(const std::string& name) {
   if (name == "object") return v1::BLOB_KIND_OBJECT;
-  if (name == "bridge") return v1::BLOB_KIND_BRIDGE;
+  if (name == "bar") return v1::BLOB_KIND_BAR;
   return name == "goal_high" ? v1::BLOB_KIND_GOAL_HIGH : v1::BLOB_KIND_GOAL_LOW;
 }
 
@@ -144,7 +142,7 @@ CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
       truth_(bus, "truth"),
       scene_(bus, "scene", {.optional = true}),
       state_(bus, "state", {.optional = true}),
-      arm_(bus, "arm", {.optional = true}),
+      arm_(bus, "joint_states", {.optional = true}),
       ports_end_(bus) {
   message_.set_encoding("bgr8");
   message_.set_frame_id("camera");
@@ -276,11 +274,11 @@ void CameraNode::publish_truth(const Truth& truth, runtime::Time stamp) {
   scene.set_goal_high_y_m(truth.goal_high.y());
   scene.set_goal_low_x_m(truth.goal_low.x());
   scene.set_goal_low_y_m(truth.goal_low.y());
-  scene.set_bridge_x_m(0.0);
-  scene.set_bridge_height_m(truth.bridge_in_view ? truth.bridge_height : 0.0);
+  scene.set_bar_x_m(0.0);
+  scene.set_bar_height_m(truth.bar_in_view ? truth.bar_height : 0.0);
   scene.set_hand_x_m(truth.palm.x());
   scene.set_hand_y_m(truth.palm.y());
-  scene.set_complete(truth.bridge_in_view);
+  scene.set_complete(truth.bar_in_view);
   truth_.send(scene, stamp);
 }
 

@@ -62,7 +62,7 @@ void draw_paints(Draw& draw, Paints& paints) {
   paints.light_object =
       paint(object, draw.between(45.0, 55.0), draw.between(kLight, 180.0), kLight);
   paints.dark_object = paint(object, draw.between(26.0, 36.0), draw.between(60.0, 80.0));
-  paints.bridge = paint(hue(1), draw.between(45.0, 65.0), draw.between(115.0, 150.0));
+  paints.bar = paint(hue(1), draw.between(45.0, 65.0), draw.between(115.0, 150.0));
   paints.goal_high = paint(hue(2), draw.between(45.0, 65.0), draw.between(100.0, 160.0));
   paints.goal_low = paint(hue(3), draw.between(45.0, 65.0), draw.between(100.0, 160.0));
 }
@@ -71,7 +71,7 @@ void draw_table_sizes(Draw& draw, TeacherTable& t) {
   t.object_x_m = draw.between(-0.30, -0.24);
   t.object_radius_m = draw.between(0.021, 0.027);
   t.object_height_m = draw.between(0.078, 0.092);
-  t.bridge_height_m = draw.between(0.19, 0.25);
+  t.bar_height_m = draw.between(0.19, 0.25);
   t.bar_thickness_m = draw.between(0.026, 0.034);
   t.bar_width_m = t.bar_thickness_m * draw.between(0.95, 1.15);
   t.bar_half_span_m = draw.between(0.11, 0.15);
@@ -215,7 +215,7 @@ std::vector<Click> clicks(const Picture& picture, const image::Camera& camera) {
   constexpr double kInCap = 0.008;  // [m] below a stand's upper face
   const TeacherTable& t = picture.table;
   return {click("object", {t.object_x_m, 0.5 * t.object_height_m, 0.0}, camera),
-          click("bridge", {0.0, t.bridge_height_m + 0.5 * t.bar_thickness_m, 0.0}, camera),
+          click("bar", {0.0, t.bar_height_m + 0.5 * t.bar_thickness_m, 0.0}, camera),
           click("goal_high", {t.goal_high_x_m, t.goal_high_y_m - kInCap, 0.0}, camera),
           click("goal_low", {t.goal_low_x_m, t.goal_low_y_m - kInCap, 0.0}, camera)};
 }

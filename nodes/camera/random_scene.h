@@ -14,7 +14,7 @@ struct RandomScene {
 };
 
 /// Draws a scene from ranges around `usual`, whose lesson it keeps: places and sizes of all things,
-/// their colours, heights of bridge and stands, table top, lamp, light, noise, blur; side, size,
+/// their colours, heights of bar and stands, table top, lamp, light, noise, blur; side, size,
 /// tilt, skin and sleeve of the teacher's hand; clutter, some of it like skin, and a rod that is
 /// carried past before the scene; places, directions and lenses of the cameras. The same seed gives
 /// the same scene.
@@ -36,7 +36,7 @@ std::array<image::Camera, 2> calibrated(const std::array<image::Camera, 2>& came
 
 /// Where somebody who teaches the colours would click: a few pixels of each thing.
 struct Click {
-  const char* name;  ///< object, bridge, goal_high, goal_low
+  const char* name;  ///< object, bar, goal_high, goal_low
   int left, top, width, height;
 };
 Click click(const char* name, const Eigen::Vector3d& place_T, const image::Camera& camera);

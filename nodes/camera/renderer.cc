@@ -83,10 +83,10 @@ Renderer::Renderer(const Picture& picture, const image::Camera& camera, int eye)
 void Renderer::render(double t_s, image::Image& out) {
   const TeacherPose pose = motion_.pose(t_s);
   out = table_.color;
-  hand_capsules(pose, picture_.script.lesson.grip, picture_.looks, hand_);
+  hand_capsules(pose, picture_.script.demonstration.grip, picture_.looks, hand_);
   if (const auto passer = picture_.passer.at(t_s)) hand_.push_back(*passer);
   const Paints& paints = picture_.table.paints;
-  const bool light = picture_.script.color == Color::light;
+  const bool light = picture_.script.demonstration.color != Color::dark;
   const Bgr& color = light ? paints.light_object : paints.dark_object;
   layer_.draw(hand_,
               {pose.object, picture_.table.object_radius_m, picture_.table.object_height_m, color},
@@ -102,8 +102,8 @@ Truth Renderer::truth(double t_s) const {
   truth.palm = pose.palm.head<2>();
   truth.goal_high = {table.goal_high_x_m, table.goal_high_y_m};
   truth.goal_low = {table.goal_low_x_m, table.goal_low_y_m};
-  truth.bridge_height = table.bridge_height_m;
-  truth.bridge_in_view = !table.bridge_removed;
+  truth.bar_height = table.bar_height_m;
+  truth.bar_in_view = !table.bar_removed;
   truth.held = pose.held;
   const Eigen::Vector2d pixel = camera_.project(pose.palm);
   truth.hand_in_view = pixel.x() >= 0.0 && pixel.x() < camera_.width() && pixel.y() >= 0.0 &&

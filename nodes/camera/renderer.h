@@ -39,9 +39,9 @@ class PictureFaults {
 struct Truth {
   Eigen::Vector2d object, palm;         ///< centres
   Eigen::Vector2d goal_high, goal_low;  ///< middle of the upper faces
-  double bridge_height = 0.0;           ///< lower edge of the bar
+  double bar_height = 0.0;              ///< lower edge of the bar
   bool hand_in_view = false;
-  bool bridge_in_view = false;
+  bool bar_in_view = false;
   bool held = false;
 };
 

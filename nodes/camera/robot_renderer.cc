@@ -33,10 +33,10 @@ RayScene robot_scene(const kin::Table& table, const Paints& paints, const Room& 
   }
   if (table.balls.empty()) return scene;
   const double radius = table.balls.front().radius;
-  const Vector3d bar = at(table.bridge_center);
-  scene.add_box(bar, {table.bridge_half_width + radius, radius, radius}, paints.bridge);
+  const Vector3d bar = at(table.bar_center);
+  scene.add_box(bar, {table.bar_half_width + radius, radius, radius}, paints.bar);
   for (const double side : {-1.0, 1.0}) {
-    scene.add_cylinder({bar.x() + side * table.bridge_half_width, 0.0, bar.z()}, 0.8 * radius,
+    scene.add_cylinder({bar.x() + side * table.bar_half_width, 0.0, bar.z()}, 0.8 * radius,
                        bar.y() - radius, kGrey, kGrey);
   }
   return scene;
@@ -88,7 +88,7 @@ RobotRenderer::RobotRenderer(const kin::Table& table, const Paints& paints, cons
 
 std::vector<Click> RobotRenderer::clicks() const {
   std::vector<Click> out{click("object", in_T(robot_.object), camera_),
-                         click("bridge", in_T(robot_.bridge_center), camera_)};
+                         click("bar", in_T(robot_.bar_center), camera_)};
   for (const kin::GoalPlace& goal : robot_.goals) {
     const Vector3d top = in_T(goal.position) - 0.5 * robot_.object_height * Vector3d::UnitY();
     out.push_back(click(goal.name == "high" ? "goal_high" : "goal_low", top, camera_));

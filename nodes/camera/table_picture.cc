@@ -46,15 +46,14 @@ void add_clutter(RayScene& scene, const Clutter& clutter) {
 
 RayScene build(const TeacherTable& t, const Room& room, const Clutter& clutter) {
   RayScene scene(room);
-  if (!t.bridge_removed) {
-    scene.add_box({0.0, t.bridge_height_m + 0.5 * t.bar_thickness_m, 0.0},
-                  {0.5 * t.bar_width_m, 0.5 * t.bar_thickness_m, t.bar_half_span_m},
-                  t.paints.bridge);
+  if (!t.bar_removed) {
+    scene.add_box({0.0, t.bar_height_m + 0.5 * t.bar_thickness_m, 0.0},
+                  {0.5 * t.bar_width_m, 0.5 * t.bar_thickness_m, t.bar_half_span_m}, t.paints.bar);
   }
   for (const double side : {-1.0, 1.0}) {
     const double z = side * (t.bar_half_span_m - 0.012);
     scene.add_cylinder({0.0, 0.0, z}, 0.026, 0.006, kSteel, kSteel);
-    scene.add_cylinder({0.0, 0.0, z}, 0.008, t.bridge_height_m, kSteel, kSteel);
+    scene.add_cylinder({0.0, 0.0, z}, 0.008, t.bar_height_m, kSteel, kSteel);
   }
   add_stand(scene, t.goal_low_x_m, t.goal_low_y_m, t.goal_radius_m, t.paints.goal_low);
   add_stand(scene, t.goal_high_x_m, t.goal_high_y_m, t.goal_radius_m, t.paints.goal_high);

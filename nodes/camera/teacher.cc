@@ -14,27 +14,6 @@ namespace {
 constexpr double kHeadroomPrecision = 0.185;  // fist and fingers above the carried object [m]
 constexpr double kHeadroomFull = 0.135;
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> words(1);
-  for (const char c : text) {
-    if (c == ',') {
-      words.emplace_back();
-    } else if (c != ' ') {
-      words.back() += c;
-    }
-  }
-  return words;
-}
-
-/// True for `first`, false for `second`.
-bool choose(const std::string& text, const std::string& word, const char* what, const char* first,
-            const char* second) {
-  if (word == first) return true;
-  if (word == second) return false;
-  throw ConfigError("teacher: '" + text + "': " + what + " '" + word + "' is neither '" + first +
-                    "' nor '" + second + "'");
-}
-
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -57,39 +36,25 @@ double ramp(double x, double from, double to) { return minimum_jerk((x - from) /
 
 }  // namespace
 
-Lesson parse_lesson(const std::string& text) {
-  const std::vector<std::string> words = split(text);
-  if (words.size() != 3) {
-    throw ConfigError("teacher: '" + text +
-                      "': expected grip,transport,goal, for instance precision,above,high");
-  }
-  Lesson lesson;
-  lesson.grip = choose(text, words[0], "grip", "precision", "full") ? Grip::precision : Grip::full;
-  lesson.transport =
-      choose(text, words[1], "transport", "above", "below") ? Transport::above : Transport::below;
-  lesson.goal = choose(text, words[2], "goal", "high", "low") ? Goal::high : Goal::low;
-  return lesson;
-}
-
-void check_passable(const Lesson& lesson, const TeacherTable& table) {
-  if (table.bridge_removed || lesson.transport == Transport::above) return;
-  const double needed = lesson.grip == Grip::precision ? kHeadroomPrecision : kHeadroomFull;
-  if (table.bridge_height_m >= needed) return;
+void check_passable(const Demonstration& shown, const TeacherTable& table) {
+  if (table.bar_removed || shown.transport == Transport::above) return;
+  const double needed = shown.grip == Grip::precision ? kHeadroomPrecision : kHeadroomFull;
+  if (table.bar_height_m >= needed) return;
   throw ConfigError(fmt::format(
-      "bridge_height_m: {:g} is too low for a hand in {} grip below the bridge, at least {:g}",
-      table.bridge_height_m, lesson.grip == Grip::precision ? "precision" : "full", needed));
+      "bar_height_m: {:g} is too low for a hand in {} grip below the bar, at least {:g}",
+      table.bar_height_m, task::word(shown.grip), needed));
 }
 
 TeacherMotion::TeacherMotion(const TeacherScript& script, const TeacherTable& table)
     : script_(script), table_(table) {
-  check_passable(script.lesson, table);
+  check_passable(script.demonstration, table);
   const double half = 0.5 * table.object_height_m;
-  const bool high = script.lesson.goal == Goal::high;
+  const bool high = script.demonstration.goal == Goal::high;
   home_ = {-0.85, 0.22};
   start_ = {table.object_x_m, half};
   goal_ = high ? Vector2d(table.goal_high_x_m, table.goal_high_y_m + half)
                : Vector2d(table.goal_low_x_m, table.goal_low_y_m + half);
-  const bool precision = script.lesson.grip == Grip::precision;
+  const bool precision = script.demonstration.grip == Grip::precision;
   add(start_ + (precision ? Vector2d(0.0, 0.11) : Vector2d(-0.13, 0.01)), 0.0, kReached);
   add(start_, kApproach, kTouched);
   if (script.only_grasp) return;
@@ -113,25 +78,25 @@ void TeacherMotion::add_chain(const std::vector<Vector2d>& points, double begin,
 
 void TeacherMotion::plan_transport() {
   const double half = 0.5 * table_.object_height_m;
-  if (script_.lesson.transport == Transport::above) {
-    const double y = table_.bridge_height_m + table_.bar_thickness_m + half + 0.035;
+  if (script_.demonstration.transport == Transport::above) {
+    const double y = table_.bar_height_m + table_.bar_thickness_m + half + 0.035;
     add_chain({{start_.x(), y}, {goal_.x(), y}, goal_}, kClosed, kPlaced);
   } else {
     const double y = start_.y() + 0.012;
-    const double over = script_.lesson.goal == Goal::high ? 0.045 : 0.02;
+    const double over = script_.demonstration.goal == Goal::high ? 0.045 : 0.02;
     add_chain({{start_.x(), y}, {0.09, y}, {goal_.x() - 0.01, goal_.y() + over}, goal_}, kClosed,
               kPlaced);
   }
 }
 
 void TeacherMotion::plan_withdrawal() {
-  const bool precision = script_.lesson.grip == Grip::precision;
-  const bool above = script_.lesson.transport == Transport::above;
-  const double up = above ? 0.10 : 0.045;  // below the bridge there is little room
+  const bool precision = script_.demonstration.grip == Grip::precision;
+  const bool above = script_.demonstration.transport == Transport::above;
+  const double up = above ? 0.10 : 0.045;  // below the bar there is little room
   add(goal_ + (precision ? Vector2d(0.0, up) : Vector2d(-0.09, 0.01)), kReleased, kBackedOff);
   const double back = kBackedOff - 0.03;
   if (above) {
-    const double y = table_.bridge_height_m + table_.bar_thickness_m + 0.08;
+    const double y = table_.bar_height_m + table_.bar_thickness_m + 0.08;
     add_chain({{strokes_.back().to.x(), y}, {-0.25, y}, home_}, back, 1.0);
   } else {
     const double y = start_.y() + 0.012;
@@ -145,12 +110,12 @@ Vector2d TeacherMotion::grasp_point(double phase) const {
   return p;
 }
 
-/// The elbow is raised over the bridge, or lowered below it, once the wrist is behind it.
+/// The elbow is raised over the bar, or lowered below it, once the wrist is behind it.
 double TeacherMotion::forearm_elevation(const Vector2d& wrist) const {
-  const double nominal = script_.lesson.grip == Grip::precision ? 0.50 : 0.12;
-  const bool above = script_.lesson.transport == Transport::above;
-  const double edge = above ? table_.bridge_height_m + table_.bar_thickness_m + 0.06
-                            : table_.bridge_height_m - 0.055;
+  const double nominal = script_.demonstration.grip == Grip::precision ? 0.50 : 0.12;
+  const bool above = script_.demonstration.transport == Transport::above;
+  const double edge =
+      above ? table_.bar_height_m + table_.bar_thickness_m + 0.06 : table_.bar_height_m - 0.055;
   const double needed = std::atan2(edge - wrist.y(), std::max(wrist.x(), 0.10));
   const double behind = above ? ramp(wrist.x(), -0.10, 0.10) : ramp(wrist.x(), -0.12, 0.02);
   const double wanted = above ? std::max(nominal, needed) : std::min(nominal, needed);
@@ -175,7 +140,7 @@ TeacherPose TeacherMotion::pose(double t_s) const {
   if (moved) pose.closure *= 1.0 - ramp(phase, kPlaced, kReleased);
   pose.scale = script_.hand_scale;
   Vector3d touched(grasp.x(), grasp.y(), 0.0), wrist;  // where the hand holds; the wrist from there
-  if (script_.lesson.grip == Grip::precision) {
+  if (script_.demonstration.grip == Grip::precision) {
     touched.y() += 0.5 * table_.object_height_m;
     wrist = {-pose.scale * kPrecisionAhead, pose.scale * kPrecisionBelow, 0.0};
     pose.palm_normal = -Vector3d::UnitY();

@@ -1,36 +1,23 @@
 #pragma once
 #include <Eigen/Core>
-#include <string>
 #include <vector>
+
+#include "common/task/symbols.h"
 
 namespace mimesis::camera {
 
-enum class Grip { precision, full };
-enum class Transport { above, below };
-enum class Goal { high, low };
-enum class Color { light, dark };
-
-/// The demonstration that the teacher gives [M18 2.1.1].
-struct Lesson {
-  Grip grip = Grip::precision;
-  Transport transport = Transport::above;
-  Goal goal = Goal::high;
-};
-
-/// Reads "precision,above,high" (grip, transport, goal).
-/// @throws ConfigError naming the word that is not understood and the words that are.
-Lesson parse_lesson(const std::string& text);
+using task::Color, task::Demonstration, task::Goal, task::Grip, task::Transport;
 
 struct TeacherScript {
-  Lesson lesson;
-  Color color = Color::light;  ///< colour of the object
-  double start_s = 0.5;        ///< rest before the first motion
-  double duration_s = 6.0;     ///< duration of one demonstration, from reaching to having withdrawn
-  double pause_s = 1.5;        ///< rest after each, before the object is back at its start
-  int repeat = 1;              ///< number of demonstrations
-  bool only_grasp = false;     ///< the teacher stops after grasping [M18 Fig. 2.20]
-  double hand_scale = 1.0;     ///< size of the hand over 185 mm [1]
-  double tilt_rad = 0.0;       ///< of the palm about its fingers, out of down or sideways
+  /// What the teacher shows; an object of unknown colour is light.
+  Demonstration demonstration{Grip::precision, Transport::above, Goal::high};
+  double start_s = 0.5;     ///< rest before the first motion
+  double duration_s = 6.0;  ///< duration of one demonstration, from reaching to having withdrawn
+  double pause_s = 1.5;     ///< rest after each, before the object is back at its start
+  int repeat = 1;           ///< number of demonstrations
+  bool only_grasp = false;  ///< the teacher stops after grasping [M18 Fig. 2.20]
+  double hand_scale = 1.0;  ///< size of the hand over 185 mm [1]
+  double tilt_rad = 0.0;    ///< of the palm about its fingers, out of down or sideways
 };
 
 /// Linear colour, blue green red, 0..255.
@@ -46,21 +33,21 @@ struct Looks {
 /// Colours of the things on the table.
 struct Paints {
   Bgr light_object{118.0f, 222.0f, 120.0f}, dark_object{44.0f, 106.0f, 26.0f};
-  Bgr bridge{205.0f, 96.0f, 38.0f};
+  Bgr bar{205.0f, 96.0f, 38.0f};
   Bgr goal_high{36.0f, 214.0f, 224.0f}, goal_low{196.0f, 62.0f, 158.0f};
 };
 
 /// The teacher's table, frame T: x right, y up, z towards the camera, origin below the middle of
-/// the bridge.
+/// the bar.
 struct TeacherTable {
   double object_x_m = -0.27;
   double object_radius_m = 0.024;
   double object_height_m = 0.085;
-  double bridge_height_m = 0.20;  ///< lower edge of the bar
+  double bar_height_m = 0.20;     ///< lower edge of the bar
   double bar_thickness_m = 0.03;  ///< along y
   double bar_width_m = 0.035;     ///< along x
   double bar_half_span_m = 0.13;  ///< along z
-  bool bridge_removed = false;    ///< the bar is missing, the posts stand [M18 Fig. 2.21]
+  bool bar_removed = false;       ///< the bar is missing, the posts stand [M18 Fig. 2.21]
   double goal_low_x_m = 0.19;
   double goal_low_y_m = 0.03;  ///< upper face of the stand
   double goal_high_x_m = 0.35;
@@ -69,8 +56,8 @@ struct TeacherTable {
   Paints paints;
 };
 
-/// @throws ConfigError if the teacher's hand cannot pass where the lesson leads it.
-void check_passable(const Lesson& lesson, const TeacherTable& table);
+/// @throws ConfigError if the teacher's hand cannot pass where the demonstration leads it.
+void check_passable(const Demonstration& shown, const TeacherTable& table);
 
 /// Where hand and object are at one moment, frame T [m].
 struct TeacherPose {
@@ -86,12 +73,12 @@ struct TeacherPose {
   bool held = false;
 };
 
-/// The teacher's motion: reach, grasp, transport past the bridge, place, release, withdraw. Each
+/// The teacher's motion: reach, grasp, transport past the bar, place, release, withdraw. Each
 /// leg is a minimum-jerk stroke; strokes overlap in time and add up, which rounds the corners
 /// (Flash & Henis 1991: superposition). Pure function of time; continuous up to the acceleration.
 class TeacherMotion {
  public:
-  /// @throws ConfigError if the lesson's path is blocked by the bridge.
+  /// @throws ConfigError if the demonstration's path is blocked by the bar.
   TeacherMotion(const TeacherScript& script, const TeacherTable& table);
 
   /// @param t_s time since the start of the camera.

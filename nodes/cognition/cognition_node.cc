@@ -6,7 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "nodes/cognition/links_node.h"
+#include "common/model/task_message.h"
+#include "nodes/cognition/links_file.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -29,10 +30,10 @@ std::string fault(const v1::Observation& o) {
 
 Demonstration from_proto(const v1::Observation& o) {
   Demonstration d;
-  d.grip = static_cast<Grip>(o.grip());
-  d.transport = static_cast<Transport>(o.transport());
-  d.goal = static_cast<Goal>(o.goal());
-  d.color = static_cast<Color>(o.color());
+  d.grip = model::from_proto(o.grip());
+  d.transport = model::from_proto(o.transport());
+  d.goal = model::from_proto(o.goal());
+  d.color = model::from_proto(o.color());
   d.grip_confidence = o.grip_confidence();
   d.transport_confidence = o.transport_confidence();
   d.goal_confidence = o.goal_confidence();
@@ -41,28 +42,24 @@ Demonstration from_proto(const v1::Observation& o) {
 }
 
 void to_proto(const Decision& d, v1::Decision& out) {
-  out.set_grip(static_cast<v1::Grip>(d.grip));
-  out.set_transport(static_cast<v1::Transport>(d.transport));
-  out.set_goal(static_cast<v1::Goal>(d.goal));
-  out.set_color(static_cast<v1::ObjectColor>(d.color));
+  out.set_grip(model::to_proto(d.grip));
+  out.set_transport(model::to_proto(d.transport));
+  out.set_goal(model::to_proto(d.goal));
+  out.set_color(model::to_proto(d.color));
   out.set_settled(d.settled);
 }
 
 /// "precision, above, high" for log lines.
 template <class Symbols>
 std::string text(const Symbols& s) {
-  constexpr const char* kGrip[] = {"-", "precision", "full"};
-  constexpr const char* kTransport[] = {"-", "above", "below"};
-  constexpr const char* kGoal[] = {"-", "high", "low"};
-  return fmt::format("{}, {}, {}", kGrip[static_cast<int>(s.grip)],
-                     kTransport[static_cast<int>(s.transport)], kGoal[static_cast<int>(s.goal)]);
+  return fmt::format("{}, {}, {}", task::word(s.grip), task::word(s.transport), task::word(s.goal));
 }
 
 template <class Symbols>
-bool matches(const v1::TaskStatus& task, const Symbols& s) {
-  return static_cast<Grip>(task.grip()) == s.grip &&
-         static_cast<Transport>(task.transport()) == s.transport &&
-         static_cast<Goal>(task.goal()) == s.goal;
+bool matches(const v1::TaskStatus& status, const Symbols& s) {
+  return model::from_proto(status.grip()) == s.grip &&
+         model::from_proto(status.transport()) == s.transport &&
+         model::from_proto(status.goal()) == s.goal;
 }
 
 long whole_steps(const CognitionParams& p, double dt_s) {
@@ -89,10 +86,10 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
       explanation_(bus, "explanation"),
       ports_end_(bus),
       imitator_(
-          params.imitator, load_architecture(params.architecture),
+          params.imitator, load_network(params.network),
           params.links.empty()
-              ? std::function<void(Ladder<float>&, Bundles&)>{}
-              : [&](Ladder<float>& l, Bundles& b) { load_links(params.links, l, &b); }),
+              ? std::function<void(FieldNetwork<float>&, Bundles&)>{}
+              : [&](FieldNetwork<float>& l, Bundles& b) { load_links(params.links, l, &b); }),
       period_s_(static_cast<double>(whole_steps(params, dt_s())) * dt_s()),
       fields_every_(params.fields_hz > 0.0
                         ? std::max(1L, std::lround(params.rate_hz / params.fields_hz))
@@ -104,10 +101,10 @@ CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
         "practice '{}': the robot settles on something it learned before; nothing learned",
         sequence);
   }
-  for (const LinkSpec& link : imitator_.ladder().architecture().links) {
+  for (const LinkSpec& link : imitator_.network().spec().links) {
     learns_always_ = learns_always_ || link.learns == "always";
   }
-  for (const FieldSpec& spec : imitator_.ladder().architecture().fields) {
+  for (const FieldSpec& spec : imitator_.network().spec().fields) {
     v1::Field* field = activity_.add_fields();
     field->set_name(spec.name);
     field->mutable_u()->Resize(spec.params.neurons * spec.params.rows, 0.0F);
@@ -132,7 +129,7 @@ void CognitionNode::hear_goals() {
   if (message == nullptr) return;
   std::vector<ExpectedGoal> goals;
   for (const v1::TaskGoal& g : message->goals()) {
-    goals.push_back({static_cast<Goal>(g.goal())});
+    goals.push_back({model::from_proto(g.goal())});
     if (g.has_probability()) goals.back().probability = g.probability();
   }
   try {
@@ -179,7 +176,7 @@ void CognitionNode::save_what_was_learned() {
       imitator_.learned() || (learns_always_ && stage_ == Imitator::Stage::waiting);
   if (learned && !saved_ && !params_.save_links.empty() && !saving_.running()) {
     saving_.start(
-        [path = params_.save_links, text = links_text(imitator_.ladder(), imitator_.bundles()),
+        [path = params_.save_links, text = links_text(imitator_.network(), imitator_.bundles()),
          replaying = replaying_] { return replaying ? std::string() : save_links(path, text); });
   }
   saved_ = learned;
@@ -287,7 +284,7 @@ void CognitionNode::publish_decision(Time now) {
 
 void CognitionNode::explain(Time now) {
   const Reasons& reasons = imitator_.reasons();
-  const auto& specs = imitator_.ladder().architecture().fields;
+  const auto& specs = imitator_.network().spec().fields;
   std::vector<std::size_t> order;
   for (std::size_t f = 0; f < specs.size(); ++f) {
     if (reasons.fields()[f].onset_s >= 0.0) order.push_back(f);
@@ -315,7 +312,7 @@ void CognitionNode::explain(Time now) {
 
 void CognitionNode::publish_fields(Time now) {
   for (int i = 0; i < activity_.fields_size(); ++i) {
-    const auto u = imitator_.ladder().field(static_cast<std::size_t>(i)).activity();
+    const auto u = imitator_.network().field(static_cast<std::size_t>(i)).activity();
     std::ranges::copy(u, activity_.mutable_fields(i)->mutable_u()->begin());
   }
   fields_.send(activity_, now);

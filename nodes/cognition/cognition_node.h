@@ -5,8 +5,8 @@
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "nodes/cognition/architecture_node.h"
 #include "nodes/cognition/imitator.h"
+#include "nodes/cognition/network_file.h"
 #include "proto/cognition.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/vision.pb.h"
@@ -21,7 +21,7 @@ struct CognitionParams {
   double sight_s = 0.07;    ///< sight is lost with an older observation; 0: never [s]
   double task_stale_s =
       2.5;  ///< an older task status rewards nothing (the planner repeats it at 1 Hz) [s]
-  std::string architecture = kBridgeLadder;  ///< file of fields, links and inputs
+  std::string network = kBarFields;  ///< file of fields, links and inputs
   std::string links{};       ///< file of links learned before, instead of practice; empty: none
   std::string save_links{};  ///< file for the links after every learning; empty: none
   ImitatorParams imitator{};
@@ -34,18 +34,15 @@ struct CognitionParams {
       v("sight_s", sight_s, 0.0, 60.0);
       v("task_stale_s", task_stale_s, 0.01, 60.0);
     });
-    v.file("architecture", architecture, "neural fields");
+    v.file("network", network, "neural fields");
     v("practice", imitator.practice);
     v("goals", imitator.goals);
     v("order_s", imitator.order_s, 0.0, 10.0);
     v.file("links", links, "learned links", false);
     v("save_links", save_links);
     v("patience_s", imitator.patience_s, 0.1, 600.0);
-    v("indecision_s", imitator.indecision_s, 0.1, 60.0);
-    v("alternatives", imitator.alternatives, 0, 2);
     v("rehearse", imitator.rehearse);
     v("rehearsal_s", imitator.rehearsal_s, 0.1, 600.0);
-    v("bundle_rad", imitator.bundle_rad, 0.01, 100.0);
   }
 };
 
@@ -53,7 +50,7 @@ struct CognitionParams {
 class CognitionNode {
  public:
   using Params = CognitionParams;
-  /// @throws ConfigError if the architecture cannot work, the period is no multiple of its dt_s, a
+  /// @throws ConfigError if the spec cannot work, the period is no multiple of its dt_s, a
   /// practice sequence has an unknown word, or the file of links does not fit.
   CognitionNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
@@ -72,7 +69,7 @@ class CognitionNode {
   void publish_decision(runtime::Time now);
   void explain(runtime::Time now);
   void publish_fields(runtime::Time now);
-  double dt_s() const { return imitator_.ladder().architecture().dt_s; }
+  double dt_s() const { return imitator_.network().spec().dt_s; }
 
   Params params_;
   runtime::Latest<v1::Observation> observation_;
@@ -94,7 +91,7 @@ class CognitionNode {
   bool reported_ = false;  // this indecision
   bool doubted_ = false;   // in this demonstration
   bool saved_ = true;
-  bool learns_always_ = false;                     // a link of the architecture
+  bool learns_always_ = false;                     // a link of the spec
   runtime::Job<std::string> saving_;               // beside the steps; why it failed
   bool replaying_;                                 // a replay writes no file
   bool plan_seen_ = false, failure_told_ = false;  // for the present decision

@@ -1,5 +1,7 @@
 #include "nodes/cognition/imitator.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,10 +12,10 @@
 namespace mimesis::cognition {
 
 template <class Real>
-Decision read_decision(const Ladder<Real>& ladder) {
+Decision read_decision(const FieldNetwork<Real>& network) {
   constexpr double kAtRest_1_s = 1.0;
   const auto symbol = [&](Layer layer) {
-    const Peaks peaks = read_peaks(ladder, layer);
+    const Peaks peaks = read_peaks(network, layer);
     return peaks.count == 1 ? peaks.site + 1 : 0;
   };
   Decision d{static_cast<Grip>(symbol(Layer::f5_grip)),
@@ -24,26 +26,26 @@ Decision read_decision(const Ladder<Real>& ladder) {
   for (const Layer layer : kAllLayers) {
     // STS is slow and decides nothing: its peaks may still shrink to what they hold without input.
     const bool seen = layer == Layer::sts_grip || layer == Layer::sts_transport;
-    d.settled = d.settled && (seen || ladder.field(layer).speed_1_s() < kAtRest_1_s);
+    d.settled = d.settled && (seen || network.field(layer).speed_1_s() < kAtRest_1_s);
   }
   return d;
 }
 
 template <class Real>
-std::string indecision(const Ladder<Real>& ladder) {
+std::string indecision(const FieldNetwork<Real>& network) {
   for (const Layer layer : {Layer::pfc, Layer::f5_grip, Layer::f5_transport}) {
-    const int count = read_peaks(ladder, layer).count;
+    const int count = read_peaks(network, layer).count;
     if (count == 1) continue;
     return std::string(layer_name(layer)) + " has " +
            (count == 0 ? std::string("no peak") : std::to_string(count) + " peaks");
   }
-  return read_decision(ladder).settled ? "" : "the fields do not come to rest";
+  return read_decision(network).settled ? "" : "the fields do not come to rest";
 }
 
-template Decision read_decision(const Ladder<float>&);
-template Decision read_decision(const Ladder<double>&);
-template std::string indecision(const Ladder<float>&);
-template std::string indecision(const Ladder<double>&);
+template Decision read_decision(const FieldNetwork<float>&);
+template Decision read_decision(const FieldNetwork<double>&);
+template std::string indecision(const FieldNetwork<float>&);
+template std::string indecision(const FieldNetwork<double>&);
 
 namespace {
 
@@ -55,7 +57,7 @@ int pf_site(Grip grip, Transport transport) {
 }
 
 /// The field that names bundles of motions.
-std::size_t bundle_field(const Architecture& a) {
+std::size_t bundle_field(const NetworkSpec& a) {
   const auto input = std::ranges::find(a.inputs, "bundle", &InputSpec::name);
   return input == a.inputs.end() ? a.fields.size() : a.field_index(input->into);
 }
@@ -68,46 +70,38 @@ std::array<double, 2> goals_of(const ImitatorParams& params) {
   }
 }
 
-Demonstration practice_sequence(const std::string& text, std::size_t i) {
-  try {
-    return parse_sequence(text);
-  } catch (const ConfigError& e) {
-    throw ConfigError("cognition.practice[" + std::to_string(i) + "]: " + e.what());
-  }
-}
-
 }  // namespace
 
-Imitator::Imitator(const ImitatorParams& params, const Architecture& architecture,
-                   const std::function<void(Ladder<float>&, Bundles&)>& recall)
+Imitator::Imitator(const ImitatorParams& params, const NetworkSpec& spec,
+                   const std::function<void(FieldNetwork<float>&, Bundles&)>& recall)
     : params_(params),
       each_goal_(goals_of(params)),
-      ladder_(imitating(architecture)),
-      reasons_(ladder_),
-      task_(task_stimulus(architecture, expectation())),
+      network_(imitating(spec)),
+      reasons_(network_),
+      task_(task_stimulus(spec, expectation())),
       shown_(task_),
       planned_(task_),
       with_bundle_(task_),
-      bundle_field_(bundle_field(architecture)),
-      bundles_(bundle_field_ < architecture.fields.size()
-                   ? architecture.fields[bundle_field_].sites.size()
-                   : 0,
+      bundle_field_(bundle_field(spec)),
+      bundles_(bundle_field_ < spec.fields.size() ? spec.fields[bundle_field_].sites.size() : 0,
                params.bundle_rad) {
-  if (recall) recall(ladder_, bundles_);
+  if (recall) recall(network_, bundles_);
   for (std::size_t i = 0; !recall && i < params_.practice.size(); ++i) {
     const std::string& sequence = params_.practice[i];
-    if (!rehearse(ladder_, practice_sequence(sequence, i))) refused_.push_back(sequence);
+    if (!rehearse(network_,
+                  task::parse_demonstration(sequence, fmt::format("cognition.practice[{}]", i))))
+      refused_.push_back(sequence);
   }
-  ladder_.check_rest(task_);
+  network_.check_rest(task_);
   for (const Goal certain : {Goal::high, Goal::low}) {  // what a message may bring
-    ladder_.check_rest(task_stimulus(architecture, {.each_goal = expected_goals({{certain}})}));
+    network_.check_rest(task_stimulus(spec, {.each_goal = expected_goals({{certain}})}));
   }
 }
 
 void Imitator::expect(const std::array<double, 2>& each_goal) {
   each_goal_ = each_goal;
   if (refusals_ == 0 && (stage_ == Stage::waiting || stage_ == Stage::watching)) {
-    task_ = task_stimulus(ladder_.architecture(), expectation());
+    task_ = task_stimulus(network_.spec(), expectation());
   }
 }
 
@@ -128,10 +122,10 @@ Demonstration Imitator::without_contradictions(Demonstration seen) {
 void Imitator::observe(const Demonstration& observed, bool complete, double period_s) {
   if (!observed.action() && !complete) {
     if (stage_ == Stage::waiting) return;
-    ladder_.reset();
-    ladder_.recall(true);  // links that learn always do so in demonstrations alone
+    network_.reset();
+    network_.recall(true);  // links that learn always do so in demonstrations alone
     stage_ = Stage::waiting;
-    task_ = task_stimulus(ladder_.architecture(), expectation());
+    task_ = task_stimulus(network_.spec(), expectation());
     seen_ = {};
     rank_ = known_ = changes_ = {};
     events_ = 0;
@@ -157,7 +151,7 @@ void Imitator::observe(const Demonstration& observed, bool complete, double peri
     if (now[s] != before[s]) rank_[s] = events_;
   }
   seen_ = seen;
-  ladder_.recall(!complete);
+  network_.recall(!complete);
   if (!complete && unchanged_s_ < params_.patience_s) return;
   if (params_.rehearse && seen_.grip != Grip::unknown) return consider();
   present();
@@ -178,7 +172,7 @@ void Imitator::consider() {
   }
   proposal_ = 0;
   considering_s_ = 0.0;
-  task_ = task_stimulus(ladder_.architecture(), kNoTask);
+  task_ = task_stimulus(network_.spec(), kNoTask);
   begin_anew();
   drive_with({.grip = seen_.grip, .grip_confidence = seen_.grip_confidence});
   stage_ = Stage::considering;
@@ -198,14 +192,14 @@ void Imitator::answer(bool feasible) {
     if (++proposal_ < proposals_.size()) return;
   }
   planned_ = task_;
-  if (feasible) add_plan(ladder_.architecture(), asked, planned_);
+  if (feasible) add_plan(network_.spec(), asked, planned_);
   plan_left_ = steps(feasible ? kPlan_s : 0.0);
   drive_with(seen_);
   stage_ = Stage::deciding;
 }
 
 void Imitator::begin_anew() {
-  ladder_.reset();
+  network_.reset();
   reasons_.reset();
   onset_s_ = considered_s_ = 0.0;
 }
@@ -230,7 +224,7 @@ void Imitator::drive_with(const Demonstration& seen) {
     onset_[s] = earlier * steps(params_.order_s);
     if (known[s] != 0) last = std::max(last, onset_[s]);
   }
-  window_ = window_left_ = last + steps(ladder_.architecture().input_window_s);
+  window_ = window_left_ = last + steps(network_.spec().input_window_s);
   presented_ = ~0U;
   reward_left_ = 0;
   bundle_ = -1;
@@ -240,7 +234,7 @@ void Imitator::drive_with(const Demonstration& seen) {
 
 /// Each symbol for its own window.
 void Imitator::present_at(long step) {
-  const long window = steps(ladder_.architecture().input_window_s);
+  const long window = steps(network_.spec().input_window_s);
   unsigned now = 0;
   for (std::size_t s = 0; s < kSymbols; ++s) {
     if (step >= onset_[s] && step < onset_[s] + window) now |= 1U << s;
@@ -252,20 +246,20 @@ void Imitator::present_at(long step) {
     if ((now >> s & 1U) == 0) forget(part, s);
   }
   shown_ = task_;
-  add_vision(ladder_.architecture(), part, shown_);
+  add_vision(network_.spec(), part, shown_);
 }
 
 long Imitator::steps(double duration_s) const {
-  return std::lround(duration_s / ladder_.architecture().dt_s);
+  return std::lround(duration_s / network_.spec().dt_s);
 }
 
 void Imitator::refuse() {
   if (!decided()) return;
-  const int means = read_peaks(ladder_, Layer::pf).site,
-            goal = read_peaks(ladder_, Layer::pfc).site;
+  const int means = read_peaks(network_, Layer::pf).site,
+            goal = read_peaks(network_, Layer::pfc).site;
   if (++refusals_ > params_.alternatives) return give_up("no plan, and no alternative is left");
   // What is expected has failed: the habit [M18 2.2.2] no longer speaks for any means.
-  task_ = task_stimulus(ladder_.architecture(), expectation(refusals_ == 1 ? 0.0 : 1.0));
+  task_ = task_stimulus(network_.spec(), expectation(refusals_ == 1 ? 0.0 : 1.0));
   if (refusals_ == 1 && means >= 0) task_.at(Layer::pf, means) -= kInhibition;
   if (refusals_ > 1 && goal >= 0) task_.at(Layer::pfc, goal) -= kInhibition;
   present();
@@ -276,14 +270,14 @@ bool Imitator::planned(const Eigen::MatrixXd& motion) {
   bundle_ = bundles_.add(motion);
   if (bundle_ < 0) return false;
   with_bundle_ = task_;
-  add_input(ladder_.architecture(), "bundle", bundle_field_, bundle_, 1.0, with_bundle_);
+  add_input(network_.spec(), "bundle", bundle_field_, bundle_, 1.0, with_bundle_);
   return true;
 }
 
 void Imitator::preselect() {
   preselected_.resize(0, 0);
   if (bundles_.most() == 0) return;
-  const Peaks named = read_peaks(ladder_, bundle_field_);
+  const Peaks named = read_peaks(network_, bundle_field_);
   const auto site = static_cast<std::size_t>(std::max(0, named.site));
   if (named.count == 1 && site < bundles_.all().size()) preselected_ = bundles_.all()[site].mean;
 }
@@ -296,7 +290,7 @@ void Imitator::give_up(std::string reason) {
 
 void Imitator::advance(double period_s, bool success) {
   learning_ = false;
-  const Architecture& a = ladder_.architecture();
+  const NetworkSpec& a = network_.spec();
   const long alone = steps(a.learning.window_s - a.input_window_s);  // of the reward, without input
   for (long i = steps(period_s); i > 0; --i) {
     const bool reward = decided() && success && reward_left_ > 0;
@@ -305,10 +299,10 @@ void Imitator::advance(double period_s, bool success) {
                                : window_left_ > 0                               ? shown_
                                : bundle_ >= 0 && reward && reward_left_ > alone ? with_bundle_
                                                                                 : task_;
-    ladder_.step(stimulus, reward);
+    network_.step(stimulus, reward);
     if (stage_ == Stage::considering || stage_ == Stage::deciding) {
       onset_s_ += a.dt_s;
-      reasons_.observe(ladder_, task_, stimulus, plan_left_ > 0 ? "plan" : "vision", onset_s_);
+      reasons_.observe(network_, task_, stimulus, plan_left_ > 0 ? "plan" : "vision", onset_s_);
     }
     (plan_left_ > 0 ? plan_left_ : window_left_) -= plan_left_ > 0 || window_left_ > 0 ? 1 : 0;
     reward_left_ -= reward ? 1 : 0;
@@ -318,21 +312,21 @@ void Imitator::advance(double period_s, bool success) {
     considering_s_ += period_s;
     considered_s_ += period_s;
     if (considering_s_ >= params_.rehearsal_s) {  // no answer: as if it had not asked
-      task_ = task_stimulus(ladder_.architecture(), expectation());
+      task_ = task_stimulus(network_.spec(), expectation());
       present();
     }
   }
   if (stage_ != Stage::deciding) return;
   deciding_s_ += period_s;
-  decision_ = read_decision(ladder_);
+  decision_ = read_decision(network_);
   decision_.settled =  // held by the fields, not by the input
       decision_.settled && plan_left_ == 0 && window_left_ == 0;
   if (decision_.settled) {
     stage_ = Stage::decided;
     preselect();
-    reward_left_ = steps(ladder_.architecture().learning.window_s);
+    reward_left_ = steps(network_.spec().learning.window_s);
   } else if (deciding_s_ >= params_.indecision_s && window_left_ == 0) {
-    give_up(indecision(ladder_) + (refusals_ > 0 ? "; what was decided first has no plan" : ""));
+    give_up(indecision(network_) + (refusals_ > 0 ? "; what was decided first has no plan" : ""));
   }
 }
 

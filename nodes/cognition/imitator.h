@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "nodes/cognition/bundles.h"
-#include "nodes/cognition/ladder.h"
+#include "nodes/cognition/field_network.h"
 #include "nodes/cognition/reasons.h"
 #include "nodes/cognition/symbols.h"
 
 namespace mimesis::cognition {
 
-/// Decisions of the ladder: means from F5, goal from PFC, colour from COL.
+/// Decisions of the network: means from F5, goal from PFC, colour from COL.
 struct Decision {
   Grip grip = Grip::unknown;
   Transport transport = Transport::unknown;
@@ -26,20 +26,21 @@ struct Decision {
 
 /// A layer without exactly one peak reads `unknown`. O(7 N), does not allocate.
 template <class Real>
-Decision read_decision(const Ladder<Real>& ladder);
+Decision read_decision(const FieldNetwork<Real>& network);
 
 /// Why the present activity is no decision, as "PFC has no peak"; empty if it is one.
 template <class Real>
-std::string indecision(const Ladder<Real>& ladder);
+std::string indecision(const FieldNetwork<Real>& network);
 
-extern template Decision read_decision(const Ladder<float>&);
-extern template Decision read_decision(const Ladder<double>&);
-extern template std::string indecision(const Ladder<float>&);
-extern template std::string indecision(const Ladder<double>&);
+extern template Decision read_decision(const FieldNetwork<float>&);
+extern template Decision read_decision(const FieldNetwork<double>&);
+extern template std::string indecision(const FieldNetwork<float>&);
+extern template std::string indecision(const FieldNetwork<double>&);
 
 struct ImitatorParams {
-  /// Sequences rehearsed with reward before the first demonstration (parse_sequence): the robot "is
-  /// familiar with the task" [M18 2.4.2]. Empty: it must learn from its own successes.
+  /// Sequences rehearsed with reward before the first demonstration (task::parse_demonstration):
+  /// the robot "is familiar with the task" [M18 2.4.2]. Empty: it must learn from its own
+  /// successes.
   std::vector<std::string> practice = {"precision,above,high", "full,below,low"};
   /// Goals of the task, as expected_goals() reads them.
   std::vector<std::string> goals = {"high", "low"};
@@ -53,11 +54,11 @@ struct ImitatorParams {
   int alternatives = 2;   ///< decisions tried after one for which there is no plan
   bool rehearse = false;  ///< asks for a test plan with the grip that was seen before it decides
   double rehearsal_s = 20.0;  ///< longest wait for the answer to a test plan [s]
-  /// Of the bundles whose sites are those of a field with an input `bundle` (Bundles) [rad].
+  /// Width of the bundles whose sites are those of a field with an input `bundle` (Bundles) [rad].
   double bundle_rad = 1.0;
 };
 
-/// Watches one demonstration after the other, lets the ladder decide, and learns from success.
+/// Watches one demonstration after the other, lets the network decide, and learns from success.
 ///
 ///   waiting --an action seen--> watching --complete, or patience over--> deciding --stable-->
 ///   with `rehearse`: watching --action over--> considering --test plan answered--> deciding
@@ -78,10 +79,10 @@ class Imitator {
   enum class Stage { waiting, watching, considering, deciding, decided, undecided };
 
   /// Practises; some hundred milliseconds of computation. With `recall`, which brings links learned
-  /// before, it does that instead. @throws ConfigError for impossible constants, or an architecture
+  /// before, it does that instead. @throws ConfigError for impossible constants, or a network
   /// that does not begin with the fields of symbols.h.
-  explicit Imitator(const ImitatorParams& params, const Architecture& architecture,
-                    const std::function<void(Ladder<float>&, Bundles&)>& recall = {});
+  explicit Imitator(const ImitatorParams& params, const NetworkSpec& spec,
+                    const std::function<void(FieldNetwork<float>&, Bundles&)>& recall = {});
 
   /// Replaces what the task holds (expected_goals()): for fields that wait at once, else from the
   /// next inputs on.
@@ -90,7 +91,7 @@ class Imitator {
   /// Takes what vision holds now. Not calling it (no fresh image) stops the clock of `patience_s`.
   /// @param complete the teacher's action is over
   void observe(const Demonstration& observed, bool complete, double period_s);
-  /// Advances the fields by `period_s`, a multiple of the architecture's dt_s. Does not allocate.
+  /// Advances the fields by `period_s`, a multiple of the spec's dt_s. Does not allocate.
   /// @param success the planner has a complete plan for this decision: rewards it, once, for the
   /// window
   void advance(double period_s, bool success);
@@ -122,7 +123,7 @@ class Imitator {
   /// a whole window, for this decision
   bool learned() const { return decided() && reward_left_ == 0; }
   bool decided() const { return stage_ == Stage::decided; }
-  /// What carried the fields since the onset of the inputs.
+  /// The inputs that drove the fields since their onset.
   const Reasons& reasons() const { return reasons_; }
   /// Since the onset of the inputs, with the time of test plans [s].
   double deciding_s() const { return considered_s_ + deciding_s_; }
@@ -133,7 +134,7 @@ class Imitator {
   const std::string& doubt() const { return doubt_; }
   /// Practice sequences that the robot would not do, because it had learned another before.
   const std::vector<std::string>& refused() const { return refused_; }
-  const Ladder<float>& ladder() const { return ladder_; }
+  const FieldNetwork<float>& network() const { return network_; }
 
  private:
   Demonstration without_contradictions(Demonstration seen);
@@ -151,11 +152,11 @@ class Imitator {
 
   ImitatorParams params_;
   std::array<double, 2> each_goal_;
-  Ladder<float> ladder_;
+  FieldNetwork<float> network_;
   Reasons reasons_;
   Stimulus task_, shown_;           // task input with what failed inhibited; with vision
   Stimulus planned_, with_bundle_;  // task_ with the means of a test plan; with bundle_
-  std::size_t bundle_field_;        // of the architecture's fields; past the last: there is none
+  std::size_t bundle_field_;        // of the spec's fields; past the last: there is none
   Bundles bundles_;
   int bundle_ = -1;  // of the plan for the decision
   Eigen::MatrixXd preselected_;
@@ -169,12 +170,12 @@ class Imitator {
   int events_ = 0;
   std::array<int, kSymbols> known_{},
       changes_{};                       // last value that was not unknown; how often another
-  std::array<long, kSymbols> onset_{};  // of driving_, in ladder steps from the first
+  std::array<long, kSymbols> onset_{};  // of driving_, in network steps from the first
   long window_ = 0;                     // until the last of them is over
   unsigned presented_ = 0;              // bits of the symbols that are in shown_
   Decision decision_;
   double unchanged_s_ = 0.0, deciding_s_ = 0.0;
-  long plan_left_ = 0, window_left_ = 0, reward_left_ = 0;  // ladder steps
+  long plan_left_ = 0, window_left_ = 0, reward_left_ = 0;  // network steps
   bool learning_ = false;
   int refusals_ = 0;
   std::string reason_, doubt_;

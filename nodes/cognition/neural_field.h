@@ -144,7 +144,7 @@ class Link {
   /// Adds S to `input` (size targets). O(learned weights).
   void transmit(std::span<const Real> source_rate, std::span<Real> input) const;
 
-  /// What transmit() adds to one neuron.
+  /// The input that transmit() adds to one neuron.
   double input_at(std::span<const Real> source_rate, std::size_t x) const;
 
   /// One Euler step of eq. 2.3. Synapses of rates that are not `above` keep every bit. Dense only.

@@ -11,8 +11,8 @@ constexpr std::array<std::string_view, 3> kInputs = {"task", "vision", "plan"};
 
 }  // namespace
 
-Reasons::Reasons(const Ladder<float>& ladder) : fields_(ladder.architecture().fields.size()) {
-  for (const LinkSpec& link : ladder.architecture().links) names_.push_back(link.name());
+Reasons::Reasons(const FieldNetwork<float>& network) : fields_(network.spec().fields.size()) {
+  for (const LinkSpec& link : network.spec().links) names_.push_back(link.name());
   names_.insert(names_.end(), kInputs.begin(), kInputs.end());
   for (Reason& field : fields_) field.parts.reserve(names_.size());
   shown_ = names_.size();
@@ -27,36 +27,36 @@ void Reasons::reset() {
   }
 }
 
-void Reasons::observe(const Ladder<float>& ladder, const Stimulus& constant,
+void Reasons::observe(const FieldNetwork<float>& network, const Stimulus& constant,
                       const Stimulus& stimulus, std::string_view shown, double time_s) {
   for (std::size_t f = 0; f < fields_.size(); ++f) {
-    if (fields_[f].onset_s >= 0.0 || std::ranges::max(ladder.field(f).activity()) <= 0) continue;
+    if (fields_[f].onset_s >= 0.0 || std::ranges::max(network.field(f).activity()) <= 0) continue;
     fields_[f].onset_s = time_s;
     shown_ = static_cast<std::size_t>(std::ranges::find(names_, shown) - names_.begin());
     MIMESIS_ASSERT(shown_ < names_.size());
-    note(ladder, f, constant, stimulus);
+    note(network, f, constant, stimulus);
   }
 }
 
-void Reasons::note(const Ladder<float>& ladder, std::size_t field, const Stimulus& constant,
+void Reasons::note(const FieldNetwork<float>& network, std::size_t field, const Stimulus& constant,
                    const Stimulus& stimulus) {
   Reason& reason = fields_[field];
-  const FieldSpec& spec = ladder.architecture().fields[field];
-  const auto u = ladder.field(field).activity();
+  const FieldSpec& spec = network.spec().fields[field];
+  const auto u = network.field(field).activity();
   const auto top = static_cast<std::size_t>(std::ranges::max_element(u) - u.begin());
-  reason.site = read_peaks(ladder, field).site;
-  const std::size_t links = ladder.architecture().links.size();
+  reason.site = read_peaks(network, field).site;
+  const std::size_t links = network.spec().links.size();
   const auto total = [&](std::size_t neuron) {
-    double sum = ladder.input_at(stimulus, field, neuron);
-    for (std::size_t l = 0; l < links; ++l) sum += ladder.input_at(l, field, neuron);
+    double sum = network.input_at(stimulus, field, neuron);
+    for (std::size_t l = 0; l < links; ++l) sum += network.input_at(l, field, neuron);
     return sum;
   };
   for (std::size_t l = 0; l < links; ++l) {
-    const double input = ladder.input_at(l, field, top);
+    const double input = network.input_at(l, field, top);
     if (input != 0.0) reason.parts.push_back({l, input});
   }
-  const double always = ladder.input_at(constant, field, top);
-  const double now = ladder.input_at(stimulus, field, top) - always;
+  const double always = network.input_at(constant, field, top);
+  const double now = network.input_at(stimulus, field, top) - always;
   if (always != 0.0) reason.parts.push_back({links, always});
   if (now != 0.0) reason.parts.push_back({shown_, now});
   std::ranges::sort(reason.parts, std::greater(), &Reason::Part::input);

@@ -4,11 +4,11 @@
 #include <string_view>
 #include <vector>
 
-#include "nodes/cognition/ladder.h"
+#include "nodes/cognition/field_network.h"
 
 namespace mimesis::cognition {
 
-/// What carried one field over the threshold u = 0.
+/// Inputs that drove one field over the threshold u = 0.
 struct Reason {
   struct Part {
     std::size_t from;    ///< index into Reasons::names()
@@ -20,17 +20,17 @@ struct Reason {
   std::vector<Part> parts;  ///< all inputs and links of the field, the largest first
 };
 
-/// Watches a ladder and notes, when a field ignites, which inputs and links carried it. After the
+/// Watches a network and notes, when a field ignites, which inputs and links carried it. After the
 /// constructor it does not allocate. `names`: the links, then "task" and what is shown.
 class Reasons {
  public:
-  explicit Reasons(const Ladder<float>& ladder);
+  explicit Reasons(const FieldNetwork<float>& network);
 
   void reset();
   /// To be called after each step, with its stimulus; `constant` is the part of it that is always
   /// there. @param shown name of the other part
-  void observe(const Ladder<float>& ladder, const Stimulus& constant, const Stimulus& stimulus,
-               std::string_view shown, double time_s);
+  void observe(const FieldNetwork<float>& network, const Stimulus& constant,
+               const Stimulus& stimulus, std::string_view shown, double time_s);
 
   const std::vector<Reason>& fields() const { return fields_; }
   const std::vector<std::string>& names() const { return names_; }
@@ -38,7 +38,7 @@ class Reasons {
   double confidence() const;
 
  private:
-  void note(const Ladder<float>& ladder, std::size_t field, const Stimulus& constant,
+  void note(const FieldNetwork<float>& network, std::size_t field, const Stimulus& constant,
             const Stimulus& stimulus);
 
   std::vector<std::string> names_;

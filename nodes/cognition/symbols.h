@@ -3,29 +3,11 @@
 #include <cstddef>
 #include <string_view>
 
+#include "common/task/symbols.h"
+
 namespace mimesis::cognition {
 
-/// The vocabulary of the bridge paradigm [M18 2.1.1], with the numbers of proto/task.proto.
-enum class Grip { unknown, precision, full };
-enum class Transport { unknown, above, below };
-enum class Goal { unknown, high, low };
-enum class Color { unknown, light, dark };
-
-/// The demonstration as seen. An unknown symbol was not seen and gives no input.
-struct Demonstration {
-  Grip grip = Grip::unknown;
-  Transport transport = Transport::unknown;
-  Goal goal = Goal::unknown;
-  Color color = Color::unknown;
-  /// 0..1, scale the inputs [1]
-  double grip_confidence = 1.0, transport_confidence = 1.0, goal_confidence = 1.0,
-         color_confidence = 1.0;
-
-  /// Somebody acts: the colour of an object that only stands there is no demonstration.
-  bool action() const {
-    return grip != Grip::unknown || transport != Transport::unknown || goal != Goal::unknown;
-  }
-};
+using task::Color, task::Demonstration, task::Goal, task::Grip, task::Transport;
 
 inline constexpr std::array<std::string_view, 4> kSymbolNames = {"grip", "transport", "goal",
                                                                  "color"};
@@ -50,9 +32,9 @@ struct TaskInput {
 };
 inline constexpr TaskInput kNoTask{.means = 0.0, .goal = 0.0};
 
-/// The fields with which the ladder of a robot that imitates begins [M18 fig. 2.2, 2.4.4]: action
+/// The fields with which the network of a robot that imitates begins [M18 fig. 2.2, 2.4.4]: action
 /// observation, primitives combined for a goal, motor primitives, goals, colour cues. Others may
-/// follow them in an architecture.
+/// follow them in a network.
 enum class Layer { sts_grip, sts_transport, pf, f5_grip, f5_transport, pfc, color };
 inline constexpr std::size_t kLayers = 7;
 inline constexpr std::array<Layer, kLayers> kAllLayers = {
@@ -66,14 +48,14 @@ enum PfSite { kPgAt, kFgBt, kFgAt, kPgBt };
 constexpr std::size_t index(Layer layer) { return static_cast<std::size_t>(layer); }
 constexpr int sites(Layer layer) { return layer == Layer::pf ? 4 : 2; }
 
-/// Name as in the dissertation, in architectures and on the wire.
+/// Name as in the dissertation, in specs and on the wire.
 constexpr std::string_view layer_name(Layer layer) {
   constexpr std::array<std::string_view, kLayers> kNames = {"STSg", "STSt", "PF", "F5g",
                                                             "F5t",  "PFC",  "COL"};
   return kNames[index(layer)];
 }
 
-/// Name of a site as in the dissertation's figures and in architectures.
+/// Name of a site as in the dissertation's figures and in specs.
 constexpr std::string_view site_label(Layer layer, int site) {
   constexpr std::array<std::string_view, 4> kPf = {"PG-AT", "FG-BT", "FG-AT", "PG-BT"};
   constexpr std::array<std::array<std::string_view, 2>, kLayers> kTwo = {{{"PG", "FG"},

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "nodes/cognition/field_network.h"
 #include "nodes/cognition/imitator.h"
-#include "nodes/cognition/ladder.h"
 
 namespace mimesis::cognition {
 
@@ -24,16 +24,16 @@ std::array<double, 2> expected_goals(const std::vector<ExpectedGoal>& goals);
 std::vector<ExpectedGoal> parse_goals(const std::vector<std::string>& texts);
 
 /// Task input: preshapes the familiar combinations of means and both goals.
-Stimulus task_stimulus(const Architecture& architecture, const TaskInput& task = {});
+Stimulus task_stimulus(const NetworkSpec& spec, const TaskInput& task = {});
 /// Adds what vision saw, also to other fields that have an input `vision` and sites of these names;
 /// unknown symbols add nothing.
-void add_vision(const Architecture& architecture, const Demonstration& shown, Stimulus& to);
+void add_vision(const NetworkSpec& spec, const Demonstration& shown, Stimulus& to);
 /// Adds the means of a test plan in F5 [M18 2.4.3, fig. 2.22].
-void add_plan(const Architecture& architecture, const Demonstration& planned, Stimulus& to);
+void add_plan(const NetworkSpec& spec, const Demonstration& planned, Stimulus& to);
 
-/// The same architecture, if it begins with the fields of symbols.h and their sites.
+/// The same spec, if it begins with the fields of symbols.h and their sites.
 /// @throws ConfigError that names what is missing
-const Architecture& imitating(const Architecture& architecture);
+const NetworkSpec& imitating(const NetworkSpec& spec);
 
 /// What reaches the fields after the onset of a demonstration, for input.window_s.
 struct LaterInput {
@@ -42,7 +42,7 @@ struct LaterInput {
   Demonstration planned{};  ///< means for which the planner found a motion
 };
 
-/// One run of the ladder from rest: task input alone, then a demonstration, then relaxation.
+/// One run of the network from rest: task input alone, then a demonstration, then relaxation.
 struct Trial {
   Demonstration shown{};
   TaskInput task{};         ///< constant input, whole by default
@@ -63,25 +63,20 @@ struct TrialResult {
 
 /// Runs one trial; links stay as they are. `observe(t_s)` is called after every step.
 template <class Real>
-TrialResult run_trial(Ladder<Real>& ladder, const Trial& trial,
+TrialResult run_trial(FieldNetwork<Real>& network, const Trial& trial,
                       const std::function<void(double)>& observe = {});
-
-/// "grip,transport,goal" or "grip,transport,goal,color", as in launch files
-/// ("precision,above,high").
-/// @throws ConfigError that names the word and the choices.
-Demonstration parse_sequence(std::string_view text);
 
 /// Practises one sequence in the familiar task: shows it, waits for the stable state, rewards it
 /// for the learning window [M18 eq. 2.3]. False, and nothing learned, if the robot settled on
 /// something else.
 template <class Real>
-bool rehearse(Ladder<Real>& ladder, const Demonstration& sequence);
+bool rehearse(FieldNetwork<Real>& network, const Demonstration& sequence);
 
-extern template TrialResult run_trial(Ladder<float>&, const Trial&,
+extern template TrialResult run_trial(FieldNetwork<float>&, const Trial&,
                                       const std::function<void(double)>&);
-extern template TrialResult run_trial(Ladder<double>&, const Trial&,
+extern template TrialResult run_trial(FieldNetwork<double>&, const Trial&,
                                       const std::function<void(double)>&);
-extern template bool rehearse(Ladder<float>&, const Demonstration&);
-extern template bool rehearse(Ladder<double>&, const Demonstration&);
+extern template bool rehearse(FieldNetwork<float>&, const Demonstration&);
+extern template bool rehearse(FieldNetwork<double>&, const Demonstration&);
 
 }  // namespace mimesis::cognition

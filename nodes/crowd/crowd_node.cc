@@ -8,28 +8,18 @@
 
 #include "common/error.h"
 #include "common/runtime/bus.h"
-#include "nodes/crowd/scenario_file/scenario_file.h"
+#include "nodes/crowd/crowd_messages.h"
 
 namespace mimesis::crowd {
 
 namespace {
 
-constexpr double kFarCut_m = 1e5;
-constexpr double kClocks_s = 0.004;  // twice the largest offset between clocks of coordinators
-
 using runtime::Time;
 
-TrustSettings trust_of(TrustSettings settings, const Scenario& scenario) {
-  settings.stale_s = scenario.stale_s;
-  if (settings.forget_s < settings.stale_s) {
-    throw ConfigError("crowd.trust.forget_s: less than the scenario's stale_s");
-  }
-  return settings;
-}
-
-ScenarioRun start(const CrowdParams& params, const RegionMap& map) {
+ScenarioRun start(const CrowdParams& params) {
+  const int own = params.far().own;
   return ScenarioRun(params.read_scenario(),
-                     [&, own = params.regions.own - 1](const auto& p) { return map.of(p) == own; });
+                     [map = params.regions.map(), own](const auto& p) { return map.of(p) == own; });
 }
 
 using namespace std::chrono_literals;
@@ -48,70 +38,18 @@ void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
   out.set_guaranteed(c.guarantee == Guarantee::contracting);
   out.set_guaranteed_rate_1_s(c.guaranteed_1_s);
   out.set_expected_rate_1_s(c.expected_1_s);
-  out.set_within(c.within);
   out.set_in_the_end(c.in_the_end);
   out.set_guests(static_cast<std::uint32_t>(line.guests));
   if (line.report.measured_1_s) out.set_measured_rate_1_s(*line.report.measured_1_s);
   out.set_disorder(line.disorder);
   out.set_agents(static_cast<std::uint32_t>(agents));
-  if (c.largest_agents) out.set_largest_agents(static_cast<std::uint32_t>(*c.largest_agents));
   out.set_why(c.why);
   for (const std::string& change : c.change) out.add_change(change);
 }
 
 }  // namespace
 
-void CrowdParams::visit(runtime::ParamVisitor& v) {
-  v("rate_hz", rate_hz, 1.0, 1000.0);
-  v("offset_s", offset_s, 0.0, 1.0);
-  v.file("scenario", scenario, "scenario, by name or file", false);
-  v("set", set);
-  v("until_s", until_s, 0.0, 1e6);
-  v.group("regions", [this](runtime::ParamVisitor& g) {
-    g("own", regions.own, 1, 1024);
-    g("x_m", regions.x_m, -kFarCut_m, kFarCut_m, 0);
-    g("y_m", regions.y_m, -kFarCut_m, kFarCut_m, 0);
-    g("margin_m", regions.margin_m, 0.0, 100.0);
-    g("sight_m", regions.sight_m, 0.5, 1000.0);
-    g("stale_s", regions.stale_s, 0.02, 60.0);
-  });
-  v.group("trust", [this](runtime::ParamVisitor& g) {
-    g("forget_s", trust.forget_s, 0.02, 600.0);
-    g("return_s", trust.return_s, 0.0, 60.0);
-    g("most_m_s", trust.most_m_s, 0.1, 100.0);
-    g("slack_m", trust.slack_m, 0.0, 100.0);
-  });
-  v.group("robot", [this](runtime::ParamVisitor& g) {
-    g("agent", robot.agent, -1, 1'000'000);
-    g("step_s", robot.step_s, 0.1, 5.0);
-  });
-  v("first_character", first_character, 0, 1'000'000);
-  v("ahead_s", ahead_s, 0.0, 10.0);
-  v("scene_hz", scene_hz, 0.0, 100.0);
-  v("threads", threads, 1, 256);
-}
-
-Scenario CrowdParams::read_scenario() const {
-  std::vector<std::string> sets = set;
-  sets.push_back(fmt::format("step_s={}", 1.0 / rate_hz));
-  if (until_s > 0.0) sets.push_back(fmt::format("until_s={}", until_s));
-  return crowd::read_scenario(find_scenario(scenario), sets);
-}
-
-FarSettings CrowdParams::far() const {
-  const int count = regions.map().count();
-  if (regions.own > count) {
-    throw ConfigError(fmt::format("crowd.regions.own: {} of {} regions; the cuts make no more",
-                                  regions.own, count));
-  }
-  return {.coordinators = count,
-          .own = regions.own - 1,
-          .sight_m = regions.sight_m,
-          .stale_s = regions.stale_s,
-          .slack_s = 1.0 / rate_hz + kClocks_s};
-}
-
-void CrowdNode::Took::add(double s, int agents) {
+void CrowdNode::StepTimes::add(double s, int agents) {
   mean_s += (s - mean_s) / static_cast<double>(++steps);
   worst_s = std::max(worst_s, s);
   sum_s += s;
@@ -122,34 +60,18 @@ CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       bus_(bus),
       period_(runtime::from_seconds(1.0 / params.rate_hz)),
-      map_(params.regions.map()),
-      far_settings_(params.far()),
-      run_(start(params, map_)),
-      far_(far_settings_, run_),
-      externals_(run_.roster().externals(), trust_of(params.trust, run_.scenario())),
+      run_(start(params)),
+      peers_(params, bus, run_),
+      guests_(params, bus, run_),
       watch_(run_),
-      peers_(static_cast<std::size_t>(far_settings_.coordinators)),
-      external_reasons_(static_cast<std::size_t>(run_.roster().externals())),
-      peers_in_(bus, "peers", far_settings_.coordinators == 1),
-      handovers_in_(bus, "handovers", far_settings_.coordinators == 1),
-      agents_in_(bus, "agents", true),
-      characters_in_(bus, "characters", {.optional = true}),
-      robot_in_(bus, "robot", {.optional = params.robot.agent < 0}),
       styles_in_(bus, "style", true),
       states_(bus, "states"),
-      handovers_(bus, "handover"),
-      command_(bus, "command"),
-      style_(bus, "wish"),
       certificate_(bus, "certificate"),
       status_(bus, "status"),
       outcome_(bus, "outcome"),
       info_(bus, "info", {.latched = true}),
       scene_(bus, "scene") {
   if (params.threads > 1) team_.emplace(params.threads);
-  if (params.robot.agent >= run_.roster().externals()) {
-    throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
-                                  params.robot.agent, run_.roster().externals()));
-  }
   const Scenario& scenario = run_.scenario();
   to_proto(run_, states_message_);
   runtime::info("scenario '{}': {} agents in {} groups, {} may come from outside; {} begin here",
@@ -159,45 +81,75 @@ CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
 
 void CrowdNode::step(Time now) {
   if (steps_ == 0) {
-    v1::CrowdInfo info = to_info(run_, coordinators());
+    v1::CrowdInfo info = to_info(run_, peers_.count());
     info_.send(info, now);
   }
   ++steps_;
   const auto begin = std::chrono::steady_clock::now();
   const Time state_time = now - period_;  // time of the run's state and of the others' last reports
-  far_.begin_step(run_, now);
-  take_peers(now);
-  take_handovers(state_time);
-  take_agents(now);
-  take_characters(now);
-  take_robot(now);
+  for (const std::string& trouble : peers_.take(now, state_time)) say(trouble);
+  guests_.take(now, first());
   take_styles();
-  if (!far_.started()) first_ = params_.regions.own == 1;
   share(state_time);
-  if (!runs_ && begins(now)) {
-    runs_ = status_changed_ = true;
-    reason_.clear();
+  if (!runs_) {
+    reason_ = peers_.waits(now);
+    runs_ = reason_.empty();
+    status_changed_ |= runs_;
   }
   if (runs_) {
-    if (const std::string why = far_.import(run_, state_time); !why.empty()) say(why);
-    judge_externals(now, state_time);
+    if (const std::string why = peers_.import(state_time); !why.empty()) say(why);
+    if (first()) judge_guests(now, state_time);
     observe();
     if (!ended_ && run_.time_s() >= run_.scenario().until_s - 0.5 * run_.crowd().dt_s()) {
       ended_ = true;
       publish_outcome(now);
     }
     advance();
-    hand_over(now);
+    peers_.hand_over(now);
   }
   publish_states(now);
-  publish_commands(now);
-  publish_styles(now);
+  if (first() && runs_) guests_.publish_commands(now);
+  if (first()) guests_.publish_styles(now);
   publish_scene(now);
   publish_certificate(now);
   publish_status(now);
   if (!runs_) return;
   const auto elapsed = [&] { return to_seconds(std::chrono::steady_clock::now() - begin); };
-  took_.add(runtime::read_outside_value<double>(bus_, "step", elapsed), run_.crowd().size());
+  step_times_.add(runtime::read_outside_value<double>(bus_, "step", elapsed), run_.crowd().size());
+}
+
+void CrowdNode::take_styles() {
+  while (const auto wish = styles_in_.pop()) {
+    std::string best;
+    double most = 0.0;
+    for (const v1::StyleShare& share : wish->shares()) {
+      if (share.share() > most) best = share.style();
+      most = std::max(most, share.share());
+    }
+    const std::vector<AgentId> ids(wish->characters().begin(), wish->characters().end());
+    if (const std::string why = run_.wish_gait(ids, best); !why.empty() && bad_styles_.pass()) {
+      runtime::warn("style: {}; ignored", why);
+    }
+  }
+}
+
+/// Adopts agents that nobody owns; what the others' regions are then is for hand_over.
+void CrowdNode::share(Time state_time) {
+  const Peers::Shared shared = peers_.share(state_time);
+  status_changed_ |= shared.changed;
+  for (const std::string& trouble : shared.troubles) say(trouble);
+  for (const auto& [group, what] : shared.disturbed) watch_.disturb(run_, group, what);
+}
+
+void CrowdNode::judge_guests(Time now, Time state_time) {
+  for (const Guests::Change& change : guests_.judge(now, state_time)) {
+    status_changed_ = true;
+    if (change.trouble.empty()) {
+      watch_.expect_change(change.group, change.what);
+    } else {
+      say(change.trouble);
+    }
+  }
 }
 
 /// Everybody at the time of the run's present state.
@@ -234,7 +186,7 @@ void CrowdNode::observe() {
     }
   }
   const std::size_t own = everybody_.size();
-  for (const FarAgent& agent : far_.agents()) {
+  for (const FarAgent& agent : far().agents()) {
     Observed o = known(agent.id, agent.group);
     o.coupled = agent.trusted;
     o.external = agent.external;
@@ -254,8 +206,8 @@ void CrowdNode::observe() {
 void CrowdNode::count_near() {
   discs_.clear();
   for (const Observed& o : everybody_) {
-    const auto far = std::ranges::lower_bound(far_.agents(), o.id, {}, &FarAgent::id);
-    const bool ours = far == far_.agents().end() || far->id != o.id;
+    const auto there = std::ranges::lower_bound(far().agents(), o.id, {}, &FarAgent::id);
+    const bool ours = there == far().agents().end() || there->id != o.id;
     discs_.push_back({o.id, o.p_W_m.x(), o.p_W_m.y(), o.radius_m, ours});
   }
   closeness_.observe(discs_);
@@ -277,16 +229,9 @@ void CrowdNode::say(const std::string& trouble) {
 }
 
 void CrowdNode::publish_states(Time now) {
-  states_message_.set_coordinator(static_cast<std::uint32_t>(params_.regions.own));
-  states_message_.set_step(steps_);
-  std::uint32_t hears = 1;
-  for (int c = 0; c < coordinators(); ++c) {
-    hears += c + 1 != params_.regions.own && far_.heard(c, now) ? 1 : 0;
-  }
-  states_message_.set_hears(hears);
   states_message_.set_time_s(runs_ ? run_.time_s() : 0.0);
   to_proto(run_, states_message_);
-  if (coordinators() > 1) to_proto(far_.report(), states_message_);
+  peers_.describe(states_message_, now);
   states_message_.set_collisions(closeness_.collisions());
   if (std::isfinite(closeness_.least_gap_m())) {
     states_message_.set_least_gap_m(closeness_.least_gap_m());
@@ -312,7 +257,6 @@ void CrowdNode::publish_certificate(Time now) {
   if (!voided.empty()) runtime::info("certificate {}: {}", watch_.number(), voided);
   certificate_due_ = now + 1s;
   v1::CrowdCertificate message;
-  message.set_coordinator(static_cast<std::uint32_t>(params_.regions.own));
   message.set_number(static_cast<std::uint32_t>(watch_.number()));
   message.set_voided(voided);
   for (const RuleLine& line : watch_.lines()) {
@@ -326,37 +270,24 @@ void CrowdNode::publish_status(Time now) {
   status_changed_ = false;
   status_due_ = now + 1s;
   v1::CrowdStatus status;
-  status.set_coordinator(static_cast<std::uint32_t>(params_.regions.own));
   status.set_runs(runs_);
   status.set_reason(runs_ ? trouble_ : reason_);
   status.set_own(static_cast<std::uint32_t>(states_message_.id_size()));
-  status.set_seen(static_cast<std::uint32_t>(far_.taken_into_account()));
-  status.set_given(given_);
-  status.set_taken(taken_);
+  peers_.describe(status);
   status.set_in_order(first() && watch_.in_order());
-  status.set_mean_step_s(took_.mean_s);
-  status.set_worst_step_s(took_.worst_s);
-  for (int e = 0; first() && e < externals_.size(); ++e) {
-    v1::CrowdExternal& external = *status.add_externals();
-    external.set_id(run_.roster().external_id(e));
-    external.set_name(run_.scenario().externals[static_cast<std::size_t>(e)].name);
-    external.set_trust(crowd::to_proto(externals_.trust(e)));
-    external.set_reason(external_reasons_[static_cast<std::size_t>(e)]);
-    if (externals_.trust(e) != Trust::absent) external.set_age_s(externals_.age_s(e, now));
-  }
+  status.set_mean_step_s(step_times_.mean_s);
+  status.set_worst_step_s(step_times_.worst_s);
+  if (first()) guests_.describe(status, now);
   status_.send(status, now);
 }
 
 void CrowdNode::publish_outcome(Time now) {
   if (!first()) return;
   v1::CrowdOutcome outcome;
-  std::uint64_t collisions = closeness_.collisions();
-  double gap_m = closeness_.least_gap_m(), distance_m = closeness_.least_distance_m();
-  for (const Peer& peer : peers_) {
-    collisions += peer.collisions;
-    gap_m = std::min(gap_m, peer.least_gap_m);
-    distance_m = std::min(distance_m, peer.least_distance_m);
-  }
+  const Peers::Contacts others = peers_.contacts();
+  const std::uint64_t collisions = closeness_.collisions() + others.collisions;
+  const double gap_m = std::min(closeness_.least_gap_m(), others.least_gap_m);
+  const double distance_m = std::min(closeness_.least_distance_m(), others.least_distance_m);
   outcome.set_agents(static_cast<std::uint32_t>(everybody_.size()));
   outcome.set_collisions(collisions);
   if (std::isfinite(gap_m)) outcome.set_least_gap_m(gap_m);
@@ -376,8 +307,9 @@ void CrowdNode::publish_outcome(Time now) {
   outcome.set_entrances(static_cast<std::uint32_t>(entrances.count));
   outcome.set_wrong_foot(static_cast<std::uint32_t>(entrances.wrong_foot));
   outcome.set_entrance_error_rad(entrances.most_rad);
-  if (took_.sum_s > 0.0) outcome.set_agent_steps_1_s(took_.agent_steps / took_.sum_s);
-  outcome.set_steps_1_s(took_.mean_s > 0.0 ? 1.0 / took_.mean_s : 0.0);
+  if (step_times_.sum_s > 0.0)
+    outcome.set_agent_steps_1_s(step_times_.agent_steps / step_times_.sum_s);
+  outcome.set_steps_1_s(step_times_.mean_s > 0.0 ? 1.0 / step_times_.mean_s : 0.0);
   std::string why;
   const auto blame = [&why](bool bad, const std::string& text) {
     if (bad) why += (why.empty() ? "" : "; ") + text;

@@ -1,4 +1,4 @@
-// Of BatchChecker: which balls are a cluster, and how far each joint moves it at most.
+// Part of BatchChecker: which balls are a cluster, and how far each joint moves it at most.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

@@ -115,14 +115,14 @@ std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::V
 }
 
 std::vector<kin::Box> closed_passages(const kin::Table& table, Transport transport) {
-  const Eigen::Vector3d& bar = table.bridge_center;
+  const Eigen::Vector3d& bar = table.bar_center;
   const auto slab = [&](double y_lo, double y_hi, double z_lo, double z_hi) {
     return kin::Box{{bar.x(), 0.5 * (y_lo + y_hi), 0.5 * (z_lo + z_hi)},
                     {kGateHalfThickness, 0.5 * (y_hi - y_lo), 0.5 * (z_hi - z_lo)},
                     "closed passage"};
   };
   if (transport == Transport::above) return {slab(-kFar, kFar, bar.z() - kFar, bar.z())};
-  const double left = bar.y() + table.bridge_half_width, right = bar.y() - table.bridge_half_width;
+  const double left = bar.y() + table.bar_half_width, right = bar.y() - table.bar_half_width;
   return {slab(-kFar, kFar, bar.z(), bar.z() + kFar), slab(left, kFar, bar.z() - kFar, bar.z()),
           slab(-kFar, right, bar.z() - kFar, bar.z())};
 }

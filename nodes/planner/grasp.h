@@ -8,14 +8,11 @@
 #include "common/kin/arm.h"
 #include "common/kin/ik.h"
 #include "common/kin/table.h"
+#include "common/task/symbols.h"
 
 namespace mimesis::planner {
 
-enum class Grip {
-  precision,
-  full
-};  ///< from above with the finger tips; from the side, whole hand
-enum class Transport { above, below };  ///< how the object passes the bridge
+using task::Goal, task::Grip, task::Transport;
 
 /// Joint path along which the hand moves on the straight line from where it is at `start` to
 /// `goal`, a posture every `step_m`, with goal.axes kept all the way. Each posture is the inverse
@@ -59,7 +56,7 @@ std::vector<kin::Ball> cylinder_balls(const Eigen::Vector3d& center, double radi
 /// on a box is allowed. Empty if its place is free.
 std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::Vector3d& center);
 
-/// Boxes that close the plane of the bridge except for the decided passage: `above` leaves the
+/// Boxes that close the plane of the bar except for the decided passage: `above` leaves the
 /// space above the bar open, `below` the opening under it. They are the pre-selection P_F5 [M18
 /// 2.3.2]: a posture is pre-selected if no safety ball enters them, so that P_F5 ∩ P_free is the
 /// set of postures that are free of real and of closed space, and the certificate of motions covers

@@ -18,7 +18,7 @@ struct Move {
   std::vector<Place> goals{};  ///< where it ends: at one of them
 };
 
-/// What to plan.
+/// A planning problem.
 struct PlanRequest {
   kin::Table table;
   Eigen::VectorXd start;  ///< [rad]

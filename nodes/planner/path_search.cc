@@ -70,8 +70,8 @@ Wave expanded(const LinksOf& links_of, std::span<const char> inhibited,
   return wave;
 }
 
-/// Of these neighbours of a node that the wave reached at `arrival`, the one with the most
-/// excitation among those that it passed one step before; -1: none.
+/// For a node that the wave reached at `arrival`: the neighbour with the most excitation among
+/// those that the wave passed one step before; -1: none.
 int strongest_before(std::span<const Link> links, const Wave& wave, int arrival) {
   int best = -1;
   for (const Link& link : links) {

@@ -72,7 +72,7 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
                                           const PostureCost& cost, const SearchSettings& settings,
                                           std::span<const char> free = {});
 
-/// Why none of these postures is free: "all 8 are inhibited: ball 12 (fore) touches the bridge",
+/// Why none of these postures is free: "all 8 are inhibited: ball 12 (fore) touches the bar",
 /// with a count for each obstacle if there are several.
 std::string why_inhibited(CollisionChecker& checker, std::span<const Eigen::VectorXd> postures);
 

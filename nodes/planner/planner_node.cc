@@ -5,18 +5,18 @@
 #include <utility>
 
 #include "common/model/files.h"
+#include "common/model/task_message.h"
 #include "common/model/viewer.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
-#include "nodes/planner/plan_drawing_node.h"
+#include "nodes/planner/plan_drawing.h"
 #include "nodes/planner/roadmap_file.h"
 
 namespace mimesis::planner {
 
 Task to_task(v1::Grip grip, v1::Transport transport, v1::Goal goal) {
-  return {grip == v1::GRIP_PRECISION ? Grip::precision : Grip::full,
-          transport == v1::TRANSPORT_ABOVE ? Transport::above : Transport::below,
-          goal == v1::GOAL_HIGH ? "high" : "low"};
+  return {model::from_proto(grip), model::from_proto(transport),
+          std::string(task::word(model::from_proto(goal)))};
 }
 
 std::optional<Order> to_decided(const v1::Decision& decision) {
@@ -41,10 +41,6 @@ std::optional<ArmReading> to_reading(const v1::JointState& state, int dof) {
 
 HandReading to_reading(const v1::HandState& state) {
   return {state.closure(), state.moving(), state.object_detected(), state.active(), state.fault()};
-}
-
-v1::Grip to_proto(Grip grip) {
-  return grip == Grip::precision ? v1::GRIP_PRECISION : v1::GRIP_FULL;
 }
 
 v1::TaskState to_proto(TaskSequence::State state) {
@@ -88,9 +84,8 @@ v1::TaskStatus to_status(const TaskSequence& sequence, int carried) {
     status.set_phase(to_proto(sequence.phase()));
   if (sequence.order_id() >= kOfTicket) status.set_ticket(sequence.order_id() - kOfTicket);
   if (const Task* task = sequence.task(); task != nullptr && sequence.order_id() != 0) {
-    status.set_grip(to_proto(task->grip));
-    status.set_transport(task->transport == Transport::above ? v1::TRANSPORT_ABOVE
-                                                             : v1::TRANSPORT_BELOW);
+    status.set_grip(model::to_proto(task->grip));
+    status.set_transport(model::to_proto(task->transport));
     status.set_goal(task->goal == "high" ? v1::GOAL_HIGH : v1::GOAL_LOW);
   }
   status.set_reason(sequence.reason());
@@ -127,12 +122,8 @@ double PlannerParams::robot_rate_hz() const { return model::rate_of_robot(robot)
 
 TaskSettings task_settings(const PlannerParams& p) {
   TaskSettings s;
-  s.roadmap = {p.roadmap_nodes,
-               p.neighbours,
-               static_cast<std::uint64_t>(p.seed),
-               {.window_rad = p.window_rad, .inhibited_share = p.inhibited_share}};
+  s.roadmap = {p.roadmap_nodes, p.neighbours, static_cast<std::uint64_t>(p.seed), {}};
   s.search.neighbours = p.neighbours;
-  s.search.online_refinements = p.online_refinements;
   s.search.seed = static_cast<std::uint64_t>(p.seed);
   s.margin_m = p.margin_m;
   s.wide_margin_m = p.wide_margin_m;
@@ -140,8 +131,6 @@ TaskSettings task_settings(const PlannerParams& p) {
   s.lift_m = p.lift_m;
   s.precision_depth_m = p.precision_depth_m;
   s.lean_rad = p.lean_rad;
-  s.preference = p.preference;
-  s.corner_rad = p.corner_rad;
   s.speed = p.speed;
   s.contact_speed = p.contact_speed;
   s.period_s = 1.0 / p.rate_hz;
@@ -162,7 +151,7 @@ SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& 
   s.object_moved_m = p.object_moved_m;
   s.grip_force = p.grip_force;
   s.a_max_rad_s2 = 0.95 * arm.a_max;  // the rest is for the rounding of periods
-  // What moves by less than half the margin takes no more of it.
+  // A body that moves by less than half the margin uses up no more of it.
   s.keeps_clear = [arm, margin = p.margin_m](const TaskPlan& plan, std::size_t first,
                                              const kin::Table& planned, const kin::Table& now) {
     const Obstacles moved = moved_obstacles(planned, now, 0.5 * margin);
@@ -190,7 +179,7 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
                    : std::make_shared<const Roadmap>(load_roadmap(params.roadmap, arm_))),
       decision_in_(bus, "decision"),
       scene_in_(bus, "scene"),
-      arm_in_(bus, "arm"),
+      arm_in_(bus, "joint_states"),
       hand_in_(bus, "hand"),
       command_(bus, "command"),
       hand_command_(bus, "hand_command"),
@@ -261,7 +250,7 @@ void PlannerNode::read_inputs(runtime::Time now) {
   hand_reading_ = hand == nullptr ? std::nullopt : std::optional(to_reading(*hand));
 }
 
-/// What the motion depends on and was not heard of for too long. Called in every step.
+/// Input that the motion depends on and that was silent for too long. Called in every step.
 std::string PlannerNode::missing(runtime::Time now) {
   if (params_.upstream_s == 0.0) return {};
   const runtime::Time oldest = runtime::from_seconds(params_.upstream_s);
@@ -312,16 +301,13 @@ void PlannerNode::publish_commands(runtime::Time now) {
   const auto& point = sequence_.set_point();
   if (!point) return;  // silence stops the drives
   v1::JointCommand command;
-  for (Eigen::Index j = 0; j < point->q.size(); ++j) {
-    command.add_position_rad(point->q[j]);
-    command.add_velocity_rad_s(point->dq[j]);
-  }
+  command.mutable_position_rad()->Assign(point->q.begin(), point->q.end());
   command.mutable_ahead_rad()->Assign(point->ahead.data(),
                                       point->ahead.data() + point->ahead.size());
   command_.send(command, even_);
   if (const auto& order = sequence_.hand_order()) {
     v1::HandCommand hand;
-    hand.set_grip(to_proto(order->grip));
+    hand.set_grip(model::to_proto(order->grip));
     hand.set_closure(order->closure);
     hand.set_force(order->force);
     hand_command_.send(hand, now);

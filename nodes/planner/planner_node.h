@@ -7,8 +7,8 @@
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "nodes/planner/planning_job_node.h"
-#include "nodes/planner/requests_node.h"
+#include "nodes/planner/planner_requests.h"
+#include "nodes/planner/planning_job.h"
 #include "nodes/planner/task_sequence.h"
 #include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
@@ -27,7 +27,6 @@ std::optional<Order> to_decided(const v1::Decision& decision);
 std::optional<ArmReading> to_reading(const v1::JointState& state, int dof);
 HandReading to_reading(const v1::HandState& state);
 
-v1::Grip to_proto(Grip grip);
 v1::TaskState to_proto(TaskSequence::State state);
 v1::TaskPhase to_proto(Phase phase);
 /// Without header. @param carried number of postures that tell the way with the object
@@ -42,18 +41,13 @@ struct PlannerParams {
   int roadmap_nodes = 2500;         ///< number of nodes sampled within the joint limits [1]
   int neighbours = 4;               ///< links of a node, k [1]
   int seed = 1;                     ///< seed of all sampling [1]
-  double window_rad = 1.3;          ///< half testing window of the off-line refinement [rad]
-  double inhibited_share = 0.02;    ///< share of inhibited nodes at which that refinement stops [1]
-  int online_refinements = 2;       ///< number of refinements around a found path [1]
   double margin_m = 0.002;          ///< least distance of safety balls [m]
   double wide_margin_m = 0.01;      ///< the same where there is room: tried first [m]
   double approach_m = 0.09;         ///< length of the straight motion to and from the object [m]
   double lift_m = 0.05;             ///< height of the straight lift and lowering of the object [m]
   double precision_depth_m = 0.02;  ///< object's top above the grasp centre in a precision grip [m]
-  double lean_rad = 0.15;    ///< most that the hand leans where it cannot point as it should [rad]
-  double preference = 0.5;   ///< cost factor of links where the hand passes as decided [1]
-  double corner_rad = 0.15;  ///< largest rounding of corners [rad]
-  double speed = 0.6;        ///< share of the arm's velocity and acceleration limits [1]
+  double lean_rad = 0.15;  ///< most that the hand leans where it cannot point as it should [rad]
+  double speed = 0.6;      ///< share of the arm's velocity and acceleration limits [1]
   /// share of the limits for straight motions to and from contact [1]
   double contact_speed = 0.3;
   double stale_s = 0.1;           ///< older states of arm or hand stop the task [s]
@@ -73,17 +67,12 @@ struct PlannerParams {
     v("roadmap_nodes", roadmap_nodes, 100, 20000);
     v("neighbours", neighbours, 2, 32);
     v("seed", seed, 0, 1'000'000'000);
-    v("window_rad", window_rad, 0.05, 6.0);
-    v("inhibited_share", inhibited_share, 0.0, 1.0);
-    v("online_refinements", online_refinements, 0, 10);
     v("margin_m", margin_m, 0.0, 0.05);
     v("wide_margin_m", wide_margin_m, 0.0, 0.1);
     v("approach_m", approach_m, 0.02, 0.3);
     v("lift_m", lift_m, 0.02, 0.3);
     v("precision_depth_m", precision_depth_m, 0.0, 0.2);
     v("lean_rad", lean_rad, 0.0, 0.5);
-    v("preference", preference, 0.1, 1.0);
-    v("corner_rad", corner_rad, 0.001, 1.0);
     v("speed", speed, 0.05, 0.95);
     v("contact_speed", contact_speed, 0.05, 0.95);
     v.changeable([&] {

@@ -202,11 +202,11 @@ void join_clusters(NeighbourLists& links, const NeighbourLists& extended,
                    const std::function<bool(int, int)>& accept, const Interrupt& interrupt) {
   if (interrupt.told()) return;
   const std::vector<int> cluster = clusters(Linkage(links, interrupt));
-  struct Bridge {
+  struct Connector {
     int from = 0;
     Neighbour link;
   };
-  std::map<std::pair<int, int>, Bridge>
+  std::map<std::pair<int, int>, Connector>
       shortest;  // by pair of clusters: ordered, hence reproducible
   for (std::size_t i = 0; i < extended.size() && !interrupt.now(); ++i) {
     for (const Neighbour& link : extended[i]) {
@@ -215,13 +215,13 @@ void join_clusters(NeighbourLists& links, const NeighbourLists& extended,
       const auto known = shortest.find(std::minmax(a, b));
       if (known != shortest.end() && known->second.link.length <= link.length) continue;
       if (accept && !accept(static_cast<int>(i), link.to)) continue;
-      shortest.insert_or_assign(std::minmax(a, b), Bridge{static_cast<int>(i), link});
+      shortest.insert_or_assign(std::minmax(a, b), Connector{static_cast<int>(i), link});
     }
   }
-  for (const auto& [pair, bridge] : shortest) {
-    insert_sorted(links[static_cast<std::size_t>(bridge.from)], bridge.link);
-    insert_sorted(links[static_cast<std::size_t>(bridge.link.to)],
-                  {bridge.from, bridge.link.length});
+  for (const auto& [pair, connector] : shortest) {
+    insert_sorted(links[static_cast<std::size_t>(connector.from)], connector.link);
+    insert_sorted(links[static_cast<std::size_t>(connector.link.to)],
+                  {connector.from, connector.link.length});
   }
 }
 

@@ -20,7 +20,8 @@ constexpr double kJerk = 0.95;  // share of the arm's limit of the jerk, at any 
 using Way = std::vector<Eigen::VectorXd>;
 
 constexpr double kStraightStep = 0.01;  // step of straight hand motions [m]
-// Of the lengths of straight ways: shorter ones where no posture has longer ones.
+// Lengths of straight ways that are tried, in shares of the full one: shorter ones where no posture
+// allows longer ones.
 constexpr std::array kShares{1.0, 0.6, 0.35};
 constexpr std::size_t kGraspTries = 6;                // grasps for which a transport is searched
 constexpr int kWideWaves = 60, kWideBranches = 4000;  // effort for the wide margin
@@ -105,7 +106,7 @@ std::optional<Way> TaskPlanner::straight(const Eigen::VectorXd& q, const Eigen::
   return way && certified(checker, *way) ? way : std::nullopt;
 }
 
-/// What is wider than it must be is not worth the whole effort.
+/// A margin wider than necessary is sought with less effort.
 tl::expected<FoundPath, Status> TaskPlanner::find(const Obstacles& obstacles, double margin_m,
                                                   const Eigen::VectorXd& from, const Way& goals,
                                                   const PostureCost& cost) const {
@@ -134,9 +135,8 @@ Obstacles TaskPlanner::carrying(bool on_its_support) const {
 }
 
 double TaskPlanner::passing_cost(const Eigen::VectorXd& q) const {
-  const Eigen::Vector3d from_bar = kin::end_effector(arm_, q).translation() - table_.bridge_center;
-  const bool near =
-      std::abs(from_bar.x()) < 0.2 && std::abs(from_bar.y()) < table_.bridge_half_width;
+  const Eigen::Vector3d from_bar = kin::end_effector(arm_, q).translation() - table_.bar_center;
+  const bool near = std::abs(from_bar.x()) < 0.2 && std::abs(from_bar.y()) < table_.bar_half_width;
   const bool as_decided = (from_bar.z() > 0.0) == (task_.transport == Transport::above);
   const bool preselected = std::ranges::any_of(
       task_.preselected, [&](const auto& p) { return (p - q).norm() < kPreselected; });
@@ -300,7 +300,7 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan_between(const Eigen::VectorXd& 
   if (!transport) {
     return tl::unexpected(
         Status{"transport " + std::string(task_.transport == Transport::above ? "above" : "below") +
-               " the bridge to the " + task_.goal + " goal: " + transport.error().reason});
+               " the bar to the " + task_.goal + " goal: " + transport.error().reason});
   }
   const Way before{grasp.away.back()};
   settings_.interrupt.enter("the reach was sought");

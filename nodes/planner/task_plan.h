@@ -42,7 +42,7 @@ struct TaskSettings {
   int ik_attempts = 60;      ///< starts of the inverse kinematics per hand goal [1]
   int reaching_starts = 10;  ///< postures from which reaches to each target sample the roadmap [1]
   int reaching_postures = 15;  ///< samples of each [1]
-  double preference = 0.5;     ///< link cost where the hand passes the bridge as decided, and near
+  double preference = 0.5;     ///< link cost where the hand passes the bar as decided, and near
                                ///< what is pre-selected; 1: no preference [1]
   double corner_rad = 0.15;    ///< largest rounding of corners [rad]
   double speed = 0.6;          ///< share of the model's velocity and acceleration limits in use [1]
@@ -64,8 +64,8 @@ struct PlannedMotion {
   double margin_m = 0.0;    ///< of the certificate of `curves` [m]
 };
 
-/// Who keeps a deadline looks at the clock at each so many questions of an Interrupt [1], and ends
-/// so much earlier, which is what the work between two questions takes, and the return [s].
+/// To keep a deadline, look at the clock once in so many calls of an Interrupt [1], and end so much
+/// earlier [s]: the work between two calls and the return take that long.
 inline constexpr std::uint64_t kQuestionsPerLook = 4;
 inline constexpr double kLongestPart_s = 5e-4;
 

@@ -113,7 +113,7 @@ void TaskSequence::step_planning(const SequenceInput& input) {
     return;
   }
   if ((input.arm->q - set_point_->q).cwiseAbs().maxCoeff() > settings_.arrival_rad) {
-    // It sagged or was moved before it was armed: hold and plan from where it is.
+    // It sagged or was moved before it was enabled: hold and plan from where it is.
     set_point_->q = input.arm->q;
     return plan_from_here(input);
   }

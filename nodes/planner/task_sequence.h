@@ -58,7 +58,7 @@ struct SequenceInput {
   const kin::Table* table = nullptr;
   const ArmReading* arm = nullptr;
   const HandReading* hand = nullptr;
-  /// What the motion depends on and is not heard ("the scene"); empty: all is well.
+  /// Input that the motion depends on and that is silent ("the scene"); empty: none is.
   std::string missing{};
   int periods = 1;     ///< since the last step; more if steps were left out
   bool abort = false;  ///< the order at work ends: the arm brakes on its path

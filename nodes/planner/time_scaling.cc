@@ -151,7 +151,7 @@ bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::V
   stops.q1 = path.at(0.0).q;
   for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
     const double ds = grid[i + 1].s - grid[i].s;
-    // What had to be slower before is not yet as fast here.
+    // After a slower stretch the speed is still below the limit here.
     const double x = speed[i] * speed[i];
     const Interval u = accelerations(grid[i], grid[i + 1], x, speed[i + 1] * speed[i + 1], a_max);
     if (!u.empty())

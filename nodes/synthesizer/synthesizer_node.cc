@@ -5,8 +5,8 @@
 #include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
 #include "common/time.h"
-#include "nodes/synthesizer/messages_node.h"
 #include "nodes/synthesizer/sequence/drawer_files.h"
+#include "nodes/synthesizer/synthesizer_messages.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -100,7 +100,7 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       director_(make_director(params, drawer_.get(), robot_drawer_.get())),
       drawing_(FigureDrawing::of(*director_)),
       commanded_(static_cast<std::size_t>(params.characters), Time{}),
-      told_(static_cast<std::size_t>(params.characters)) {
+      last_status_(static_cast<std::size_t>(params.characters)) {
   const auto angles = director_->angles(0);
   last_angles_.assign(angles.begin(), angles.end());
   motion::clamp_to_limits(director_->characters().repertoire().model(),
@@ -336,19 +336,17 @@ void SynthesizerNode::publish_motion(Time now) {
 void SynthesizerNode::publish_status(Time now) {
   for (int i = 0; i < director_->size(); ++i) {
     Progress is = director_->progress(i);
-    const std::vector<PlannedAction>* plan = director_->plan(i);
-    Told& told = told_[static_cast<std::size_t>(i)];
-    const std::size_t actions = plan != nullptr ? plan->size() : 0;
-    const bool changed = is.kind != told.kind || is.reached != told.reached ||
-                         is.reason != told.reason || actions != told.actions;
-    if (!changed && (is.kind == GoalKind::none || now < told.due)) continue;
-    if (!is.reason.empty() && is.reason != told.reason) {
+    LastStatus& last = last_status_[static_cast<std::size_t>(i)];
+    const bool changed =
+        is.kind != last.kind || is.reached != last.reached || is.reason != last.reason;
+    if (!changed && (is.kind == GoalKind::none || now < last.due)) continue;
+    if (!is.reason.empty() && is.reason != last.reason) {
       runtime::warn("character {}: {}; it goes on", i, is.reason);
     }
-    v1::MotionStatus status = to_proto(i, is, plan);
+    v1::MotionStatus status = to_proto(i, is);
     status_.send(status, now);
-    if (is.reached && !told.reached) reached_.send(status, now);
-    told = {is.kind, is.reached, std::move(is.reason), actions, now + std::chrono::seconds(1)};
+    if (is.reached && !last.reached) reached_.send(status, now);
+    last = {is.kind, is.reached, std::move(is.reason), now + std::chrono::seconds(1)};
   }
 }
 
@@ -366,7 +364,7 @@ void SynthesizerNode::refuse(std::uint32_t character, const std::string& why, Ti
   status.set_character(character);
   if (character < static_cast<std::uint32_t>(director_->size())) {
     const int i = static_cast<int>(character);
-    status = to_proto(i, director_->progress(i), director_->plan(i));
+    status = to_proto(i, director_->progress(i));
   }
   status.set_reason(why);
   status_.send(status, now);

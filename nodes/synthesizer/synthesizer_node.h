@@ -5,8 +5,8 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/synthesizer/director.h"
-#include "nodes/synthesizer/figure_drawing_node.h"
-#include "nodes/synthesizer/synthesizer_params_node.h"
+#include "nodes/synthesizer/figure_drawing.h"
+#include "nodes/synthesizer/synthesizer_params.h"
 #include "proto/motion.pb.h"
 #include "proto/walker.pb.h"
 
@@ -25,12 +25,11 @@ class SynthesizerNode {
 
  private:
   /// Last status published about a character.
-  struct Told {
+  struct LastStatus {
     GoalKind kind = GoalKind::none;
     bool reached = false;
     std::string reason;
-    std::size_t actions = 0;  // number of actions of a plan
-    runtime::Time due{};      // time of the next repetition
+    runtime::Time due{};  // time of the next repetition
   };
 
   std::string set_goal(const v1::MotionGoal& goal);
@@ -76,7 +75,7 @@ class SynthesizerNode {
   bool rows_sent_ = false, beat_heard_ = false;
   runtime::Time beat_stamp_{}, feedback_stamp_{}, sight_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
-  std::vector<Told> told_;
+  std::vector<LastStatus> last_status_;
   // rates of a single character
   std::vector<double> velocity_rad_s_;
   std::vector<float> angles_, last_angles_;

@@ -65,9 +65,9 @@ void ActionRecognizer::update(const Sight& sight) {
 /// Where the object waits for a demonstration; also ends the one before.
 void ActionRecognizer::remember_start(const Sight& sight) {
   const Vector2d& object = *sight.object;
-  const bool before_bridge = !sight.bar || object.x() < sight.bar->x() - limits_.moved_m;
-  if (!before_bridge || near_goal(object, sight)) return;
-  // Without a bridge, and with a stand that is out of sight, it may still be where it was put.
+  const bool before_bar = !sight.bar || object.x() < sight.bar->x() - limits_.moved_m;
+  if (!before_bar || near_goal(object, sight)) return;
+  // Without a bar, and with a stand that is out of sight, it may still be where it was put.
   if (stage_ == Stage::placed && (object - placed_).norm() < limits_.moved_m) return;
   if (stage_ != Stage::waiting) restart();
   start_ = object;
@@ -105,18 +105,18 @@ void ActionRecognizer::judge_grip(const Sight& sight) {
 }
 
 void ActionRecognizer::judge_transport(const Sight& sight) {
-  constexpr int kPassing = 2;  // pictures beside the bridge that are enough once it is passed
+  constexpr int kPassing = 2;  // pictures beside the bar that are enough once it is passed
   if (!sight.bar || !sight.object) return;
   const double beyond = sight.object->x() - sight.bar->x();
-  if (beyond > limits_.bridge_zone_m) transport_.settle(kPassing, limits_.agreement);
-  if (std::abs(beyond) > limits_.bridge_zone_m) return;
+  if (beyond > limits_.bar_zone_m) transport_.settle(kPassing, limits_.agreement);
+  if (std::abs(beyond) > limits_.bar_zone_m) return;
   // Wrist and object are on the same side of the bar; the nearer of the two decides.
   const double object = sight.object->y() - sight.bar->y();
   const auto& hand = sight.wrist ? sight.wrist : sight.palm;
   const double wrist = hand ? hand->y() - sight.bar->y() : object;
   Transport transport = Transport::unknown;
-  if (std::min(object, wrist) > limits_.bridge_margin_m) transport = Transport::above;
-  if (std::max(object, wrist) < -limits_.bridge_margin_m) transport = Transport::below;
+  if (std::min(object, wrist) > limits_.bar_margin_m) transport = Transport::above;
+  if (std::max(object, wrist) < -limits_.bar_margin_m) transport = Transport::below;
   transport_.vote(transport, limits_.transport_votes, limits_.agreement);
 }
 

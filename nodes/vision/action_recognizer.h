@@ -3,12 +3,11 @@
 #include <deque>
 #include <optional>
 
+#include "common/task/symbols.h"
+
 namespace mimesis::vision {
 
-enum class Grip { unknown, precision, full };
-enum class Transport { unknown, above, below };
-enum class Goal { unknown, high, low };
-enum class Color { unknown, light, dark };
+using task::Color, task::Goal, task::Grip, task::Transport;
 
 /// Evidence of one picture, frame T [m]; things not seen are absent.
 struct Sight {
@@ -18,7 +17,7 @@ struct Sight {
   std::optional<double> palm_angle_rad;
   /// The same by where the palm is, if it faces the object [rad]: for what the other leaves open.
   std::optional<double> facing_angle_rad;
-  std::optional<Eigen::Vector2d> bar;                  ///< middle of the bridge's bar
+  std::optional<Eigen::Vector2d> bar;                  ///< its middle
   std::optional<Eigen::Vector2d> goal_high, goal_low;  ///< where the object's centre would rest
   std::optional<double> object_luma;                   ///< 0..255, corrected for the light
 };
@@ -31,44 +30,32 @@ struct Symbol {
 };
 
 struct RecognizerLimits {
-  int grip_votes = 10;             ///< pictures needed for the grip
-  int transport_votes = 5;         ///< pictures needed beside the bridge; 2 once it is passed
-  int rest_frames = 6;             ///< pictures without motion that make a rest
-  double agreement = 0.8;          ///< share of votes needed [1]
-  double reach_m = 0.17;           ///< palm and object belong together below it
-  double clearance_m = 0.054;      ///< least distance of a grasping palm and the object
-  double undecided_rad = 0.1745;   ///< abstain this close to the boundary of 45°
-  double bridge_zone_m = 0.09;     ///< transport is judged this far to both sides of the bar
-  double bridge_margin_m = 0.012;  ///< abstain this close to the bar's middle height
-  double moved_m = 0.03;           ///< the object has left its place
-  double still_m = 0.006;          ///< motion within a rest
-  double goal_radius_m = 0.05;     ///< recognizer: rest this close counts; sizes: a cap
-  double light_luma = 104.0;       ///< boundary between a light and a dark object
-  double undecided_luma = 12.0;    ///< abstain this close to it
+  int grip_votes = 10;            ///< pictures needed for the grip
+  int transport_votes = 5;        ///< pictures needed beside the bar; 2 once it is passed
+  int rest_frames = 6;            ///< pictures without motion that make a rest
+  double agreement = 0.8;         ///< share of votes needed [1]
+  double reach_m = 0.17;          ///< palm and object belong together below it
+  double clearance_m = 0.054;     ///< least distance of a grasping palm and the object
+  double undecided_rad = 0.1745;  ///< abstain this close to the boundary of 45°
+  double bar_zone_m = 0.09;       ///< transport is judged this far to both sides of the bar
+  double bar_margin_m = 0.012;    ///< abstain this close to the bar's middle height
+  double moved_m = 0.03;          ///< the object has left its place
+  double still_m = 0.006;         ///< motion within a rest
+  double goal_radius_m = 0.05;    ///< recognizer: rest this close counts; sizes: a cap
+  double light_luma = 104.0;      ///< boundary between a light and a dark object
+  double undecided_luma = 12.0;   ///< abstain this close to it
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("grip_votes", grip_votes, 1, 1000);
-    v("transport_votes", transport_votes, 1, 1000);
-    v("rest_frames", rest_frames, 2, 1000);
-    v("agreement", agreement, 0.5, 1.0);
-    v("reach_m", reach_m, 0.01, 2.0);
-    v("clearance_m", clearance_m, 0.0, 1.0);
-    v("undecided_rad", undecided_rad, 0.0, 0.7);
-    v("bridge_zone_m", bridge_zone_m, 0.01, 1.0);
-    v("bridge_margin_m", bridge_margin_m, 0.0, 0.5);
-    v("moved_m", moved_m, 0.001, 1.0);
-    v("still_m", still_m, 1e-4, 0.5);
-    v("goal_radius_m", goal_radius_m, 0.005, 1.0);
     v("light_luma", light_luma, 0.0, 255.0);
     v("undecided_luma", undecided_luma, 0.0, 127.0);
   }
 };
 
 /// Turns observations into symbols [M18 2.2.1]: grip from the orientation of the palm near the
-/// object until it moves, transport from wrist and object beside the bridge, goal from the place
+/// object until it moves, transport from wrist and object beside the bar, goal from the place
 /// where the object comes to rest. A symbol, once decided, stays until a new demonstration begins:
-/// the object back before the bridge, at rest and alone, or the hand back at it after having been
+/// the object back before the bar, at rest and alone, or the hand back at it after having been
 /// away.
 class ActionRecognizer {
  public:

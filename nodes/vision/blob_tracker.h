@@ -28,7 +28,6 @@ struct TrackerLimits {
     v("min_area", min_area, 1, 100000);
     v("min_hand_area", min_hand_area, 1, 1000000);
     v("gap_px", gap_px, 0, 500);
-    v("memory_px", memory_px, 1.0, 10000.0);
   }
 };
 

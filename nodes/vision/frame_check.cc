@@ -11,7 +11,7 @@ std::optional<std::string> FrameCheck::fault(std::string_view data, std::size_t 
                                              double stamp_s) {
   constexpr int kSame = 10;  // frames: fewer are no stream
   const std::size_t row = data.size() / height;
-  // What a lost packet leaves of a frame; all of it empty is black.
+  // A lost packet leaves a part of the frame empty; an empty frame is black.
   const std::size_t end = data.find_last_not_of('\0');
   const std::size_t filled = end == data.npos ? height : end / row + 1;
   if (height - filled > height / 50)

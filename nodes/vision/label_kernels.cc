@@ -76,8 +76,8 @@ __attribute__((target("avx2"))) inline void spread(const YuyvCells::Sieve& from,
   }
 }
 
-/// Of the 32 pairs of 64 pixels, which may be of a class: bit 4 q + j is pair j of the q-th 16
-/// pixels, bit 16 + 4 q + j is its pair 4 + j.
+/// Tells which of the 32 pairs of 64 pixels may belong to a class: bit 4 q + j is pair j of the
+/// q-th 16 pixels, bit 16 + 4 q + j is its pair 4 + j.
 __attribute__((target("avx2"))) inline std::uint32_t sift(const __m256i* pixels, const __m256i* u,
                                                           const __m256i* v) {
   const __m256i low = _mm256_set1_epi16(0xff), six = _mm256_set1_epi8(0x3f);

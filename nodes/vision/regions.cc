@@ -12,8 +12,8 @@
 namespace mimesis::vision {
 
 std::string_view name(Kind kind) {
-  constexpr std::array<std::string_view, kKinds> kNames{"none",   "hand",      "object",
-                                                        "bridge", "goal_high", "goal_low"};
+  constexpr std::array<std::string_view, kKinds> kNames{"none", "hand",      "object",
+                                                        "bar",  "goal_high", "goal_low"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -67,8 +67,8 @@ const ColorBox& ColorBoxes::of(Kind kind) const {
       return hand;
     case Kind::object:
       return object;
-    case Kind::bridge:
-      return bridge;
+    case Kind::bar:
+      return bar;
     case Kind::goal_high:
       return goal_high;
     case Kind::goal_low:

@@ -14,7 +14,7 @@
 namespace mimesis::vision {
 
 /// Class of a pixel and of a blob; the numbers are those of v1.BlobKind.
-enum class Kind : std::uint8_t { none, hand, object, bridge, goal_high, goal_low };
+enum class Kind : std::uint8_t { none, hand, object, bar, goal_high, goal_low };
 inline constexpr std::size_t kKinds = 6;
 std::string_view name(Kind kind);
 
@@ -34,15 +34,6 @@ struct ColorBox {
     return c.u >= u_min && c.u <= u_max && c.v >= v_min && c.v <= v_max && c.y >= y_min &&
            c.y <= y_max;
   }
-  template <class Visitor>
-  void visit(Visitor& g) {
-    g("u_min", u_min, 0.0, 255.0);
-    g("u_max", u_max, 0.0, 255.0);
-    g("v_min", v_min, 0.0, 255.0);
-    g("v_max", v_max, 0.0, 255.0);
-    g("y_min", y_min, 0.0, 255.0);
-    g("y_max", y_max, 0.0, 255.0);
-  }
 };
 
 /// The boxes of all classes; where two overlap, the first wins. Defaults: the rendered table; the
@@ -50,7 +41,7 @@ struct ColorBox {
 struct ColorBoxes {
   ColorBox hand{84.0, 117.0, 148.0, 200.0};
   ColorBox object{70.0, 122.0, 40.0, 113.0};
-  ColorBox bridge{150.0, 235.0, 50.0, 112.0};
+  ColorBox bar{150.0, 235.0, 50.0, 112.0};
   ColorBox goal_high{0.0, 100.0, 118.0, 160.0};
   ColorBox goal_low{145.0, 215.0, 135.0, 200.0};
 

@@ -37,28 +37,28 @@ class Converter {
     const double half = half_m + grown_m;
     return {{p_W.x(), p_W.y(), ground + 0.5 * top_m}, {half, half, 0.5 * top_m}, std::move(name)};
   }
-  void add_bridge(const Thing& bar, kin::Table& out) const {
-    const double grown = setup_.doubt * worst_sigma(bar);
-    kin::BridgeShape shape;
+  void add_bar(const Thing& bar, kin::Table& out) const {
+    const double grown = setup_.inflation_sigma * worst_sigma(bar);
+    kin::BarShape shape;
     shape.half_width = 0.5 * bar.solid.length - bar.solid.half_width;  // posts stand below its ends
     shape.ball_radius = bar.solid.half_width + grown;
     shape.height = bar.solid.bottom() - grown;
     shape.max_spacing = setup_.spacing_m;
-    out.bridge_center = point(bar.solid.center);
-    out.bridge_height = bar.solid.bottom();
-    out.bridge_half_width = shape.half_width;
+    out.bar_center = point(bar.solid.center);
+    out.bar_height = bar.solid.bottom();
+    out.bar_half_width = shape.half_width;
     if (shape.height < shape.ball_radius) return;
     // The shape stands at x = 0 along y; the bar's axis in W:
     const double yaw = bar.solid.yaw_rad;
     const Vector3d axis = X_WT_.linear() * Vector3d(std::cos(yaw), 0.0, -std::sin(yaw));
     const Eigen::AngleAxisd turn(std::atan2(-axis.x(), axis.y()), Vector3d::UnitZ());
-    const Vector3d foot(out.bridge_center.x(), out.bridge_center.y(), setup_.origin_m[2]);
-    for (kin::Ball ball : kin::bridge_balls(shape)) {
+    const Vector3d foot(out.bar_center.x(), out.bar_center.y(), setup_.origin_m[2]);
+    for (kin::Ball ball : kin::bar_balls(shape)) {
       ball.center = foot + turn * ball.center;
       out.balls.push_back(ball);
     }
   }
-  double doubt() const { return setup_.doubt; }
+  double inflation_sigma() const { return setup_.inflation_sigma; }
 
  private:
   const RobotTableSetup& setup_;
@@ -77,12 +77,12 @@ Eigen::Isometry3d table_in_world(const RobotTableSetup& setup) {
 
 tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const RobotTableSetup& setup,
                                             bool stays_alone) {
-  const Thing* bridge = scene.bridge();
+  const Thing* bar = scene.bar();
   const std::vector<Thing> goals = scene.goals();
   std::vector<Thing> objects = scene.of(Kind::object);
   const auto none = [](std::string why) { return tl::unexpected(Status{std::move(why)}); };
   if (objects.empty()) return none("no object is seen");
-  if (bridge == nullptr) return none("no bridge is seen");
+  if (bar == nullptr) return none("no bar is seen");
   if (goals.empty()) return none("no goal is seen");
   for (const Thing& thing : scene.things()) {
     const double sigma = worst_sigma(thing);
@@ -92,12 +92,12 @@ tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const Robo
                     "or less: a part of it may be hidden",
                     name(thing.kind), thing.id, 1e3 * sigma, 1e3 * setup.uncertain_m));
   }
-  const double gap = bridge->solid.bottom() - goals.front().solid.top();
+  const double gap = bar->solid.bottom() - goals.front().solid.top();
   const bool lone = goals.size() == 1, lone_high = gap < setup.small_gap_m;
   const bool told_apart =
       lone ? stays_alone : goals.front().solid.top() - goals.back().solid.top() >= kSameHeight_m;
   if (!told_apart) return none(lone ? "only one goal is seen" : "the goals are of one height");
-  // What stands on a goal was placed there already.
+  // An object on a goal was placed there already.
   const auto placed = [&goals](const Thing& object) {
     return std::ranges::any_of(goals, [&object](const Thing& goal) {
       const Vector3d off = object.solid.center - goal.solid.center;
@@ -111,8 +111,8 @@ tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const Robo
   kin::Table& table = out.table;
   table.boxes.push_back({Vector3d::Map(setup.top_center_m.data()),
                          Vector3d::Map(setup.top_half_m.data()), "table top"});
-  to.add_bridge(*bridge, table);
-  out.bridge_m2 = to.covariance(bridge->covariance_m2);
+  to.add_bar(*bar, table);
+  out.bar_m2 = to.covariance(bar->covariance_m2);
   const Thing& object = objects.front();
   table.object = to.point(object.solid.center);
   table.object_radius = object.solid.half_width;
@@ -120,12 +120,13 @@ tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const Robo
   out.object_m2 = to.covariance(object.covariance_m2);
   if (object.solid.bottom() > kStandsHigh) {
     table.boxes.push_back(to.column(table.object, setup.support_half_m, object.solid.bottom(),
-                                    setup.doubt * worst_sigma(object), "plinth"));
+                                    setup.inflation_sigma * worst_sigma(object), "plinth"));
   }
   for (std::size_t i = 1; i < objects.size(); ++i) {
     const Solid& s = objects[i].solid;
     table.boxes.push_back(to.column(to.point(s.center), s.half_width, s.top(),
-                                    setup.doubt * worst_sigma(objects[i]), "another object"));
+                                    setup.inflation_sigma * worst_sigma(objects[i]),
+                                    "another object"));
   }
   for (const Thing& goal : goals) {
     const bool high = lone ? lone_high : goal.id == goals.front().id;
@@ -133,10 +134,11 @@ tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const Robo
     const std::string name = high ? "high" : low ? "low" : "other";
     const Vector3d center = to.point(goal.solid.center);
     table.boxes.push_back(to.column(center, goal.solid.half_width, goal.solid.top(),
-                                    setup.doubt * worst_sigma(goal), name + " stand"));
+                                    setup.inflation_sigma * worst_sigma(goal), name + " stand"));
     if (!high && !low) continue;
     // Rather let go above it than pressed into it.
-    const double above = setup.doubt * std::sqrt(height_variance(object) + height_variance(goal));
+    const double above =
+        setup.inflation_sigma * std::sqrt(height_variance(object) + height_variance(goal));
     const double rest = setup.origin_m[2] + goal.solid.top() + 0.5 * table.object_height + above;
     table.goals.push_back({name, {center.x(), center.y(), rest}, setup.goal_radius_m});
     out.goals_m2.push_back(to.covariance(goal.covariance_m2));

@@ -9,7 +9,7 @@
 
 namespace mimesis::vision {
 
-/// What the robot knows of its table beforehand. Frame W.
+/// Prior knowledge of the robot's table. Frame W.
 struct RobotTableSetup {
   /// Frame T in W: place of its origin; turned by 0 its axes x, y, z are those of y, z, x of W.
   std::vector<double> origin_m{0.0, 0.0, 0.0};
@@ -18,13 +18,13 @@ struct RobotTableSetup {
   std::vector<double> top_center_m{0.55, 0.0, -0.035};  ///< its centre, W
   double support_half_m = 0.03;  ///< half the width of what an object stands on if it stands high
   double goal_radius_m = 0.02;   ///< an object this near to a goal's centre is placed
-  double spacing_m = 0.0375;     ///< of the bridge's safety balls
+  double spacing_m = 0.0375;     ///< of the bar's safety balls
   double small_gap_m = 0.125;    ///< a lone goal that is nearer to the bar's height is a high one
   double lone_s = 8.0;           ///< a goal that is the only one for so long stays alone
   double uncertain_m = 0.008;    ///< a thing is known well enough below this standard deviation
   /// Obstacles are larger, and goals above their stands, by so many standard deviations of what is
   /// known of their places [1].
-  double doubt = 1.0;
+  double inflation_sigma = 1.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -32,13 +32,7 @@ struct RobotTableSetup {
     v("yaw_rad", yaw_rad, -3.2, 3.2);
     v("top_half_m", top_half_m, 1e-3, 10.0, 3);
     v("top_center_m", top_center_m, -10.0, 10.0, 3);
-    v("support_half_m", support_half_m, 1e-3, 1.0);
-    v("goal_radius_m", goal_radius_m, 1e-3, 1.0);
-    v("spacing_m", spacing_m, 1e-3, 1.0);
-    v("small_gap_m", small_gap_m, 0.0, 1.0);
-    v("lone_s", lone_s, 0.0, 1000.0);
-    v("uncertain_m", uncertain_m, 1e-4, 1.0);
-    v("doubt", doubt, 0.0, 10.0);
+    v("inflation_sigma", inflation_sigma, 0.0, 10.0);
   }
 };
 
@@ -48,7 +42,7 @@ Eigen::Isometry3d table_in_world(const RobotTableSetup& setup);
 /// The robot's table as it was seen, and how well its places are known.
 struct SeenTable {
   kin::Table table;
-  Eigen::Matrix3d object_m2 = Eigen::Matrix3d::Zero(), bridge_m2 = object_m2;
+  Eigen::Matrix3d object_m2 = Eigen::Matrix3d::Zero(), bar_m2 = object_m2;
   std::vector<Eigen::Matrix3d> goals_m2;  ///< of table.goals
 };
 
@@ -57,7 +51,7 @@ struct SeenTable {
 /// The object is the one known longest of those that stand on no goal, others are obstacles. Of
 /// several goals the highest is high, the lowest low; one that stays alone, since the other is
 /// covered, is told by its gap to the bar.
-/// @returns why there is no table yet: no object, no bridge or no goal is seen, one of them is
+/// @returns why there is no table yet: no object, no bar or no goal is seen, one of them is
 /// known too badly (mostly since something hides a part of it), or goals are of one height.
 /// @param stays_alone  a single goal has been the only one for `lone_s`
 tl::expected<SeenTable, Status> robot_table(const StereoScene& scene, const RobotTableSetup& setup,

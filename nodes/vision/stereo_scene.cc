@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::array<Kind, 4> kThings{Kind::object, Kind::bridge, Kind::goal_high, Kind::goal_low};
+constexpr std::array<Kind, 4> kThings{Kind::object, Kind::bar, Kind::goal_high, Kind::goal_low};
 constexpr double kAlikeAreas = 0.04;  // areas that differ by less show the same part of a thing
 constexpr double kHere = 0.03;        // [m] from one picture to the next
 
@@ -76,8 +76,8 @@ StereoScene::StereoScene(const image::Camera& left, const image::Camera& right,
 
 std::vector<StereoScene::Pair> StereoScene::pairs(Kind kind, std::span<const Region> left,
                                                   std::span<const Region> right) const {
-  // Of the logarithm of their ratio: a bar that points to one camera looks short to it.
-  const double most = kind == Kind::bridge ? 1.2 : 0.5;
+  // Largest |logarithm of the ratio|: a bar that points to one camera looks short to it.
+  const double most = kind == Kind::bar ? 1.2 : 0.5;
   constexpr double kMiddles = 0.4;           // the worst of 300 drawn bars has 0.3
   constexpr double kBelow = 0.02, kFar = 3;  // [m]
   constexpr std::size_t kMost = 8;           // the largest; more are clutter
@@ -159,7 +159,7 @@ void StereoScene::follow(Kind kind, std::vector<Pair> pairs) {
         if (far < least) std::tie(least, track, pair) = std::tuple(far, i, k);
       }
     }
-    // What is alone of its kind may have been moved while nobody looked. Specks do not count.
+    // The only one of its kind may have been moved unseen. Specks do not count.
     if (least > kHere) {
       const auto lone = sole_move(waiting, pairs);
       if (!lone) break;
@@ -309,7 +309,7 @@ void StereoScene::measure(Track& track) {
     o.spread /= whole;
   }
   Solid form;
-  if (track.thing.kind == Kind::bridge) {
+  if (track.thing.kind == Kind::bar) {
     form.form = Form::bar;
     form.aspect = limits_.bar_aspect;
   } else if (track.thing.kind != Kind::object && limits_.goal_form == "block") {
@@ -323,7 +323,7 @@ void StereoScene::measure(Track& track) {
                       found->solid.length < limits_.largest_m;
   if (!likely) return;
   track.thing.solid = found->solid;
-  // What no solid explains makes the place less certain, too.
+  // Pixels that no solid explains add to the uncertainty of the place.
   track.thing.covariance_m2 = std::max(1.0, found->misfit * found->misfit) * found->covariance_m2 +
                               rig_covariance(found->solid.center);
   track.thing.pictures = whole;
@@ -409,8 +409,8 @@ std::vector<Thing> StereoScene::of(Kind kind) const {
   return out;
 }
 
-const Thing* StereoScene::bridge() const {
-  const auto it = std::ranges::find(things_, Kind::bridge, &Thing::kind);
+const Thing* StereoScene::bar() const {
+  const auto it = std::ranges::find(things_, Kind::bar, &Thing::kind);
   return it == things_.end() ? nullptr : &*it;
 }
 

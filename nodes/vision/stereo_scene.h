@@ -20,15 +20,6 @@ struct RigAccuracy {
   double turn_rad = 1.75e-4;    ///< of the pair, per axis
   double pair_place_m = 1e-4;   ///< of the second camera against the first
   double pair_turn_rad = 7e-5;  ///< of the second camera against the first
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("focal", focal, 0.0, 0.1);
-    v("place_m", place_m, 0.0, 0.1);
-    v("turn_rad", turn_rad, 0.0, 0.1);
-    v("pair_place_m", pair_place_m, 0.0, 0.1);
-    v("pair_turn_rad", pair_turn_rad, 0.0, 0.1);
-  }
 };
 
 struct SceneLimits {
@@ -41,7 +32,7 @@ struct SceneLimits {
   int gone_pictures = 45;     ///< a thing that is not seen for longer was taken away
   double smallest_m = 0.0115,
          largest_m = 1.5;              ///< sizes of things: from half the width to the span
-  double bar_aspect = 1.0;             ///< width of the bridge's bar over its thickness [1]
+  double bar_aspect = 1.0;             ///< width of the bar over its thickness [1]
   std::string goal_form = "cylinder";  ///< of the caps of goals: cylinder or block
   RigAccuracy rig;
 
@@ -50,15 +41,8 @@ struct SceneLimits {
     v("min_area", min_area, 1, 100000);
     v("epipolar_px", epipolar_px, 0.1, 100.0);
     v("rows_px", rows_px, 0.1, 100.0);
-    v("moved_m", moved_m, 1e-4, 1.0);
-    v("pictures", pictures, 1, 1000);
-    v("settled_pictures", settled_pictures, 1, 60);
-    v("gone_pictures", gone_pictures, 1, 100000);
-    v("smallest_m", smallest_m, 1e-4, 10.0);
-    v("largest_m", largest_m, 1e-4, 10.0);
     v("bar_aspect", bar_aspect, 0.1, 10.0);
     v("goal_form", goal_form, {"cylinder", "block"});
-    v.group("rig", [this](Visitor& g) { rig.visit(g); });
   }
 };
 
@@ -79,7 +63,7 @@ struct Thing {
 /// calibrated cameras. Regions of one class that lie on each other's epipolar lines are one thing;
 /// what is seen in the same place again and again is averaged over the pictures in which neither
 /// camera has less of it (hidden) or more (grown together) than usual, and a solid is fitted to it.
-/// What something stands before, or on, stays as it was seen without it, for however long.
+/// A body that another one hides or stands on stays as it was last seen without it, however long.
 class StereoScene {
  public:
   StereoScene(const image::Camera& left, const image::Camera& right, const SceneLimits& limits);
@@ -87,12 +71,12 @@ class StereoScene {
   /// The regions of a pair of pictures taken at the same time.
   void update(std::span<const Region> left, std::span<const Region> right);
 
-  /// What is known, by id. What moves is not among it until it rests.
+  /// Known bodies by id. One that moves is not among them until it rests.
   const std::vector<Thing>& things() const { return things_; }
   /// Things of a kind, the highest first.
   std::vector<Thing> of(Kind kind) const;
   /// Bar that is known longest; null without one.
-  const Thing* bridge() const;
+  const Thing* bar() const;
   /// Goals of all colours, the highest first.
   std::vector<Thing> goals() const;
   /// Whether all that was ever announced rests and is known from enough pictures.

@@ -121,7 +121,7 @@ void TableWatcher::look() {
 }
 
 void TableWatcher::look_with_one() {
-  bar_.update(place(Kind::bridge, bar_body_), blob(Kind::bridge).moments.area);
+  bar_.update(place(Kind::bar, bar_body_), blob(Kind::bar).moments.area);
   goal_high_.update(place(Kind::goal_high, cap_body_), blob(Kind::goal_high).moments.area);
   goal_low_.update(place(Kind::goal_low, cap_body_), blob(Kind::goal_low).moments.area);
   const Vector2d resting(0.0, 0.5 * (sizes_.goal_cap_m + sizes_.object_height_m));
@@ -138,9 +138,9 @@ void TableWatcher::look_with_one() {
 }
 
 void TableWatcher::look_with_two() {
-  const Thing* bridge = stereo_->bridge();
+  const Thing* bar = stereo_->bar();
   sight_.bar.reset();
-  if (bridge != nullptr) sight_.bar = bridge->solid.center.head<2>();
+  if (bar != nullptr) sight_.bar = bar->solid.center.head<2>();
   const std::vector<Thing> objects = stereo_->of(Kind::object);
   if (!objects.empty()) {  // its true size, from here on
     sizes_.object_radius_m = objects[0].solid.half_width;
@@ -158,9 +158,9 @@ void TableWatcher::look_with_two() {
 }
 
 std::optional<double> TableWatcher::gap_m(const Thing& goal) const {
-  const Thing* bridge = stereo_ ? stereo_->bridge() : nullptr;
-  if (bridge == nullptr) return std::nullopt;
-  return bridge->solid.bottom() - goal.solid.top();
+  const Thing* bar = stereo_ ? stereo_->bar() : nullptr;
+  if (bar == nullptr) return std::nullopt;
+  return bar->solid.bottom() - goal.solid.top();
 }
 
 Goal TableWatcher::classify(const Thing& goal) const {
@@ -305,10 +305,10 @@ template void TableWatcher::watch_any(const YuyvImage&);
 template void TableWatcher::watch_right_any(const image::Image&);
 template void TableWatcher::watch_right_any(const YuyvImage&);
 
-std::optional<double> TableWatcher::bridge_height_m() const {
+std::optional<double> TableWatcher::bar_height_m() const {
   if (stereo_) {
-    const Thing* bridge = stereo_->bridge();
-    return bridge == nullptr ? std::nullopt : std::optional(bridge->solid.bottom());
+    const Thing* bar = stereo_->bar();
+    return bar == nullptr ? std::nullopt : std::optional(bar->solid.bottom());
   }
   if (!sight_.bar) return std::nullopt;
   return sight_.bar->y() - 0.5 * sizes_.bar_thickness_m;

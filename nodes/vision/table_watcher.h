@@ -33,7 +33,6 @@ struct TableSizes {
     v("bar_span_m", bar_span_m, 0.001, 5.0);
     v("goal_radius_m", goal_radius_m, 0.001, 1.0);
     v("goal_cap_m", goal_cap_m, 0.001, 1.0);
-    v("hand_length_m", hand_length_m, 0.01, 1.0);
   }
 };
 
@@ -116,7 +115,6 @@ class TableWatcher {
 
   const Blob& blob(Kind kind) const { return tracker_.blob(kind); }
   std::span<const Region> regions() const { return segmentation_.regions(); }
-  std::span<const Region> right_regions() const { return right_segmentation_.regions(); }
   std::span<const Run> runs() const { return segmentation_.runs(); }
   std::span<const std::uint8_t> labels() const { return segmentation_.labels(); }
   const Sight& sight() const { return sight_; }
@@ -127,14 +125,14 @@ class TableWatcher {
   /// A second skin region as large as a hand, and no part of an arm that something cuts in two for
   /// moments: symbols would mean nothing.
   bool two_hands() const { return second_hand_ >= kSecondHand; }
-  /// Lower edge of the bar above the table [m]; nothing without a bridge.
-  std::optional<double> bridge_height_m() const;
+  /// Lower edge of the bar above the table [m]; nothing if no bar is seen.
+  std::optional<double> bar_height_m() const;
   const TableSizes& sizes() const { return sizes_; }
   const image::Camera& camera() const { return camera_; }
   const std::optional<image::Camera>& right_camera() const { return right_; }
-  /// What two cameras measured; null with one.
+  /// Measurements of two cameras; null with one.
   const StereoScene* stereo() const { return stereo_ ? &*stereo_ : nullptr; }
-  /// Between a goal's upper face and the lower edge of the bar [m]; nothing without a bridge.
+  /// Between a goal's upper face and the lower edge of the bar [m]; nothing if no bar is seen.
   std::optional<double> gap_m(const Thing& goal) const;
   /// Whether it is a high goal (small gap) or a low one: by order if there are others of another
   /// height, else by the gap.

@@ -15,7 +15,7 @@ struct TaughtRegion {
   int left = 0, top = 0, width = 0, height = 0;  ///< [px]
 };
 
-/// What a picture has taught.
+/// Result of teaching with a picture.
 struct Lesson {
   ColorSpots spots;
   Eigen::Vector3d reference_bgr = Eigen::Vector3d::Zero();  ///< median: the light it was taught in

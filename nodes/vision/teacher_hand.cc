@@ -76,7 +76,7 @@ void TeacherHand::see(std::size_t camera, const image::Image& picture,
     const int u = static_cast<int>(i) % width * cell + cell / 2,
               v = static_cast<int>(i) / width * cell + cell / 2;
     const auto kind = static_cast<Kind>(labels[static_cast<std::size_t>(v * picture.width + u)]);
-    hidden_[i] = kind == Kind::object || kind == Kind::bridge ? 1 : 0;
+    hidden_[i] = kind == Kind::object || kind == Kind::bar ? 1 : 0;
   }
   for (std::size_t k = 0; k < hypotheses_.size(); ++k) {
     if (k == best_ || !following_ || !chosen())

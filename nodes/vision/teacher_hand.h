@@ -18,7 +18,7 @@ struct TeacherHandSetup {
   }
 };
 
-/// What the hand model says of the teacher's hand, frame T.
+/// The teacher's hand by the hand model, frame T.
 struct HandSight {
   Eigen::Vector3d wrist;        ///< [m]
   Eigen::Vector3d palm;         ///< origin of frame H [m]
@@ -36,7 +36,7 @@ class TeacherHand {
   static bool possible(const TeacherHandSetup& setup, std::span<const image::Camera> cameras);
 
   /// Takes a camera's newest picture.
-  /// @param labels  classes of its pixels: object and bridge may hide the hand
+  /// @param labels  classes of its pixels: object and bar may hide the hand
   void see(std::size_t camera, const image::Image& picture, std::span<const std::uint8_t> labels);
   /// Fits the hand to what was seen of all cameras; one that is not followed is sought.
   /// @param blob  centre of the hand's blob in the plane of motion [m], if there is one

@@ -11,13 +11,14 @@
 #include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
+#include "common/model/task_message.h"
 #include "nodes/vision/files/colors_file.h"
-#include "nodes/vision/sight_drawing_node.h"
+#include "nodes/vision/sight_drawing.h"
 
 namespace mimesis::vision {
 namespace {
 
-constexpr std::array<Kind, 5> kTracked{Kind::hand, Kind::object, Kind::bridge, Kind::goal_high,
+constexpr std::array<Kind, 5> kTracked{Kind::hand, Kind::object, Kind::bar, Kind::goal_high,
                                        Kind::goal_low};
 
 void paint(Kind kind, foxglove::Color* color) { model::set(color_of(kind), *color); }
@@ -68,14 +69,9 @@ void add_bones(const TableWatcher& watcher, foxglove::ImageAnnotations& out) {
 }
 
 std::string summary(const ActionRecognizer& action) {
-  constexpr std::array<const char*, 3> kGrip{"?", "precision", "full"};
-  constexpr std::array<const char*, 3> kTransport{"?", "above", "below"};
-  constexpr std::array<const char*, 3> kGoal{"?", "high", "low"};
-  std::string line = "grip " + std::string(kGrip[static_cast<std::size_t>(action.grip().value)]);
-  line +=
-      ", transport " + std::string(kTransport[static_cast<std::size_t>(action.transport().value)]);
-  line += ", goal " + std::string(kGoal[static_cast<std::size_t>(action.goal().value)]);
-  return line + (action.complete() ? ", complete" : "");
+  return fmt::format("grip {}, transport {}, goal {}{}", task::word(action.grip().value),
+                     task::word(action.transport().value), task::word(action.goal().value),
+                     action.complete() ? ", complete" : "");
 }
 
 /// The camera of that name, and with no name the second one, if there is one, for stereo.
@@ -123,13 +119,39 @@ v1::TableThing thing_message(const Thing& thing, const TableWatcher& watcher) {
   out.set_yaw_rad(s.yaw_rad);
   out.set_seen(thing.seen);
   if (thing.kind != Kind::goal_high && thing.kind != Kind::goal_low) return out;
-  out.set_goal(convert<v1::Goal>(watcher.classify(thing)));
+  out.set_goal(model::to_proto(watcher.classify(thing)));
   out.set_gap_m(watcher.gap_m(thing).value_or(0.0));
   return out;
 }
 
 bool is_yuyv(const foxglove::RawImage& m) {
   return m.encoding() == "yuyv" || m.encoding() == "yuv422_yuy2";
+}
+
+std::uint64_t bytes_in_row(const foxglove::RawImage& m) {
+  return (is_yuyv(m) ? 2 : 3) * std::uint64_t{m.width()};
+}
+
+/// Why it is no whole image of the camera; empty: it is one. @param calibrated_by  for the line
+std::string fault(const foxglove::RawImage& m, const image::Camera& camera,
+                  const std::string& calibrated_by) {
+  if (m.encoding() != "bgr8" && m.encoding() != "rgb8" && !is_yuyv(m)) {
+    return fmt::format("encoding '{}' is not read, expected bgr8, rgb8 or yuyv", m.encoding());
+  }
+  if (std::cmp_not_equal(m.width(), camera.width()) ||
+      std::cmp_not_equal(m.height(), camera.height())) {
+    return fmt::format("{}x{} does not fit the calibrated view of {}x{} ({})", m.width(),
+                       m.height(), camera.width(), camera.height(), calibrated_by);
+  }
+  if (is_yuyv(m) && m.width() % 2 != 0) {
+    return fmt::format("{}x{} {}: expected an even width", m.width(), m.height(), m.encoding());
+  }
+  const std::uint64_t row = bytes_in_row(m), step = m.step();
+  if (step < row || m.data().size() < (m.height() - 1) * step + row) {
+    return fmt::format("{} bytes in rows of {} are too few for {}x{} {}", m.data().size(), step,
+                       m.width(), m.height(), m.encoding());
+  }
+  return {};
 }
 
 runtime::Time stamp_of(const foxglove::RawImage& m) {
@@ -144,31 +166,24 @@ v1::Blobs blobs_message(const TableWatcher& watcher) {
     const Blob& blob = watcher.blob(kind);
     if (!blob.found()) continue;
     const Moments& m = blob.moments;
-    const Axes shape = axes(m);
     v1::Blob* b = out.add_blobs();
     b->set_kind(convert<v1::BlobKind>(kind));
     b->set_u_px(m.mean_u());
     b->set_v_px(m.mean_v());
-    b->set_left_px(m.left);
-    b->set_top_px(m.top);
-    b->set_width_px(m.right - m.left + 1);
-    b->set_height_px(m.bottom - m.top + 1);
     b->set_area(m.area);
-    b->set_orientation_rad(shape.angle_rad);
-    b->set_elongation(shape.elongation);
   }
   return out;
 }
 
 v1::Observation observation_message(const ActionRecognizer& action) {
   v1::Observation out;
-  out.set_grip(convert<v1::Grip>(action.grip().value));
+  out.set_grip(model::to_proto(action.grip().value));
   out.set_grip_confidence(action.grip().confidence);
-  out.set_transport(convert<v1::Transport>(action.transport().value));
+  out.set_transport(model::to_proto(action.transport().value));
   out.set_transport_confidence(action.transport().confidence);
-  out.set_goal(convert<v1::Goal>(action.goal().value));
+  out.set_goal(model::to_proto(action.goal().value));
   out.set_goal_confidence(action.goal().confidence);
-  out.set_color(convert<v1::ObjectColor>(action.color().value));
+  out.set_color(model::to_proto(action.color().value));
   out.set_color_confidence(action.color().confidence);
   out.set_complete(action.complete());
   out.set_palm_angle_rad(action.palm_angle_rad().value_or(0.0));
@@ -193,8 +208,8 @@ v1::TeacherScene scene_message(const TableWatcher& watcher) {
     out.set_goal_low_y_m(s.goal_low->y() - half);
   }
   if (s.bar) {
-    out.set_bridge_x_m(s.bar->x());
-    out.set_bridge_height_m(*watcher.bridge_height_m());
+    out.set_bar_x_m(s.bar->x());
+    out.set_bar_height_m(*watcher.bar_height_m());
   }
   if (s.palm) {
     out.set_hand_x_m(s.palm->x());
@@ -211,7 +226,7 @@ v1::TeacherScene scene_message(const TableWatcher& watcher) {
 v1::Scene table_message(const SeenTable& seen) {
   v1::Scene out = model::to_proto(seen.table);
   set_spread(seen.object_m2, out.mutable_object()->mutable_spread_m());
-  set_spread(seen.bridge_m2, out.mutable_bridge()->mutable_spread_m());
+  set_spread(seen.bar_m2, out.mutable_bar()->mutable_spread_m());
   for (int i = 0; i < out.goals_size(); ++i)
     set_spread(seen.goals_m2[static_cast<std::size_t>(i)],
                out.mutable_goals(i)->mutable_spread_m());
@@ -257,14 +272,8 @@ void VisionParams::visit(runtime::ParamVisitor& v) {
     v.group(key, [&part](ParamVisitor& g) { part.visit(g); });
   };
   group("view", setup.view);
-  group("hand", setup.boxes.hand);
-  group("object", setup.boxes.object);
-  group("bridge", setup.boxes.bridge);
-  group("goal_high", setup.boxes.goal_high);
-  group("goal_low", setup.boxes.goal_low);
   v("open", setup.open);
   group("stereo", setup.stereo);
-  v("small_gap_m", setup.small_gap_m, 0.0, 1.0);
   group("table", table);
   group("tracker", setup.tracker);
   group("sizes", setup.sizes);
@@ -359,48 +368,16 @@ const foxglove::RawImage* VisionNode::due(runtime::Time now) {
 /// and anything new.
 bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera,
                         FrameCheck& check) {
-  if (m.encoding() != "bgr8" && m.encoding() != "rgb8" && !is_yuyv(m)) {
-    refuse(fmt::format("encoding '{}' is not read, expected bgr8, rgb8 or yuyv", m.encoding()));
+  std::string why = fault(m, camera, calibrated_by_);
+  if (why.empty()) why = rig_too_old(m);
+  if (!why.empty()) {
+    refuse(why);
     return false;
   }
-  const int width_px = camera.width(), height_px = camera.height();
-  const auto width = static_cast<std::uint64_t>(width_px),
-             height = static_cast<std::uint64_t>(height_px);
-  if (m.width() != width || m.height() != height) {
-    refuse(fmt::format("{}x{} does not fit the calibrated view of {}x{} ({})", m.width(),
-                       m.height(), width_px, height_px, calibrated_by_));
-    return false;
-  }
-  // In simulated time stamps begin in 1970: no rig is that old.
-  const auto day = std::chrono::floor<std::chrono::days>(stamp_of(m)).count();
-  if (calibrated_day_ && day - *calibrated_day_ > rig_days_) {
-    refuse(fmt::format("the rig {} is {} days old, expected at most {} (rig_days): calibrate anew",
-                       calibrated_by_, day - *calibrated_day_, rig_days_));
-    return false;
-  }
-  if (is_yuyv(m) && width % 2 != 0) {
-    refuse(fmt::format("{}x{} {}: expected an even width", width, height, m.encoding()));
-    return false;
-  }
-  const std::uint64_t row = (is_yuyv(m) ? 2 : 3) * width;
-  if (m.step() < row || m.data().size() < (height - 1) * m.step() + row) {
-    refuse(fmt::format("{} bytes in rows of {} are too few for {}x{} {}", m.data().size(), m.step(),
-                       m.width(), m.height(), m.encoding()));
-    return false;
-  }
-  const auto fault = check.fault(std::string_view(m.data()).substr(0, height * m.step()), height,
-                                 runtime::to_seconds(stamp_of(m)));
-  image_.width = yuyv_.width = width_px;
-  image_.height = yuyv_.height = height_px;
-  std::vector<std::uint8_t>& bytes = is_yuyv(m) ? yuyv_.bytes : image_.bgr;
-  bytes.resize(row * height);
-  for (std::uint64_t v = 0; v < height; ++v) {
-    std::memcpy(bytes.data() + v * row, m.data().data() + v * m.step(), row);
-  }
-  if (m.encoding() == "rgb8") {
-    for (std::size_t i = 0; i < image_.bgr.size(); i += 3)
-      std::swap(image_.bgr[i], image_.bgr[i + 2]);
-  }
+  const auto broken =
+      check.fault(std::string_view(m.data()).substr(0, std::uint64_t{m.height()} * m.step()),
+                  m.height(), runtime::to_seconds(stamp_of(m)));
+  copy(m);
   constexpr double kBlack = 8.0;
   const double brightest = (is_yuyv(m) ? median_bgr(yuyv_) : median_bgr(image_)).maxCoeff();
   if (brightest < kBlack) {
@@ -408,8 +385,32 @@ bool VisionNode::accept(const foxglove::RawImage& m, const image::Camera& camera
                        brightest, kBlack));
     return false;
   }
-  if (fault) refuse(*fault);
-  return !fault;
+  if (broken) refuse(*broken);
+  return !broken;
+}
+
+/// In simulated time stamps begin in 1970: no rig is that old.
+std::string VisionNode::rig_too_old(const foxglove::RawImage& m) const {
+  const auto day = std::chrono::floor<std::chrono::days>(stamp_of(m)).count();
+  if (!calibrated_day_ || day - *calibrated_day_ <= rig_days_) return {};
+  return fmt::format("the rig {} is {} days old, expected at most {} (rig_days): calibrate anew",
+                     calibrated_by_, day - *calibrated_day_, rig_days_);
+}
+
+/// Into image_ or yuyv_, without gaps between rows, as BGR. Precondition: no fault.
+void VisionNode::copy(const foxglove::RawImage& m) {
+  image_.width = yuyv_.width = static_cast<int>(m.width());
+  image_.height = yuyv_.height = static_cast<int>(m.height());
+  const std::size_t row = bytes_in_row(m);
+  std::vector<std::uint8_t>& bytes = is_yuyv(m) ? yuyv_.bytes : image_.bgr;
+  bytes.resize(row * m.height());
+  for (std::size_t v = 0; v < m.height(); ++v) {
+    std::memcpy(bytes.data() + v * row, m.data().data() + v * m.step(), row);
+  }
+  if (m.encoding() == "rgb8") {
+    for (std::size_t i = 0; i < image_.bgr.size(); i += 3)
+      std::swap(image_.bgr[i], image_.bgr[i + 2]);
+  }
 }
 
 /// Cameras that were swapped or moved, or a calibration of others, leave things without partners;

@@ -56,6 +56,8 @@ class VisionNode {
   const foxglove::RawImage* due(runtime::Time now);
   const foxglove::RawImage* partner_of(const foxglove::RawImage& left);
   bool accept(const foxglove::RawImage& message, const image::Camera& camera, FrameCheck& check);
+  std::string rig_too_old(const foxglove::RawImage& message) const;
+  void copy(const foxglove::RawImage& message);
   bool rig_fits();
   void miss_hand(runtime::Time stamp);
   void refuse(const std::string& why);

@@ -11,7 +11,7 @@ namespace mimesis::walker {
 
 enum class Phase {
   waiting,      ///< sends nothing
-  arming,       ///< sends the robot's present posture until the drives follow
+  enabling,     ///< sends the robot's present posture until the drives follow
   approaching,  ///< moves slowly to half-sitting
   balancing,    ///< stands or walks by plan and feedback
   safe,         ///< holds its posture
@@ -41,7 +41,7 @@ class Conduct {
   explicit Conduct(const ConductSettings& settings) : settings_(settings) {}
 
   Phase step(const Condition& now, double dt_s) {
-    const bool powered = phase_ != Phase::waiting && phase_ != Phase::arming;
+    const bool powered = phase_ != Phase::waiting && phase_ != Phase::enabling;
     if (powered && !now.actuators.empty()) {
       fell_ = false;
       enter(Phase::waiting, now.actuators);
@@ -51,8 +51,8 @@ class Conduct {
       case Phase::waiting:
         wait(now, dt_s);
         break;
-      case Phase::arming:
-        arm(now);
+      case Phase::enabling:
+        enable(now);
         break;
       case Phase::approaching:
         approach(now);
@@ -89,10 +89,10 @@ class Conduct {
     if (!why.empty()) {
       reason_ = why;
     } else if (waited_s_ >= settings_.silence_s) {
-      enter(Phase::arming, now.actuators);
+      enter(Phase::enabling, now.actuators);
     }
   }
-  void arm(const Condition& now) {
+  void enable(const Condition& now) {
     const std::string_view why = first(now.sensors, now.posture);
     if (!why.empty()) {
       enter(Phase::waiting, why);

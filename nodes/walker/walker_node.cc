@@ -59,12 +59,11 @@ WalkerNode::WalkerNode(const Params& params, runtime::Bus& bus)
       up_I_(up_in_imu(biped_)),
       blind_(no_sensors(biped_.tree.dof())),
       q_(biped_.half_sitting),
-      dq_(Eigen::VectorXd::Zero(q_.size())),
       place_{.p_W_m = {params.start.x_m, params.start.y_m}, .yaw_rad = params.start.heading_rad},
       motion_in_(bus, "motion"),
       rows_in_(bus, "rows"),
       body_in_(bus, "sensors"),
-      joints_in_(bus, "joints"),
+      joints_in_(bus, "joint_states"),
       command_(bus, "command"),
       feedback_(bus, "feedback"),
       balance_(bus, "balance"),
@@ -94,19 +93,17 @@ void WalkerNode::step(runtime::Time now) {
   switch (phase) {
     case Phase::waiting:
       break;
-    case Phase::arming:
+    case Phase::enabling:
       hold_actual_posture();
       break;
     case Phase::approaching:
       approach_.step(kTick_s);
       q_ = approach_.q();
-      dq_ = approach_.dq();
       break;
     case Phase::balancing:
       balance();
       break;
     case Phase::safe:
-      dq_.setZero();
       break;
   }
   publish(now);
@@ -207,9 +204,8 @@ Condition WalkerNode::condition() {
 
 void WalkerNode::enter(Phase phase) {
   switch (phase) {
-    case Phase::arming:
+    case Phase::enabling:
       q_ = sensors_.q;
-      dq_.setZero();
       break;
     case Phase::approaching:
       approach_.start(q_, biped_.half_sitting, biped_.tree.max_speed(),
@@ -238,10 +234,9 @@ void WalkerNode::balance() {
 
   const auto begin = std::chrono::steady_clock::now();
   tick_ = &walker_.step(wish, conduct_.blind() ? blind_ : sensors_);
-  took_.add(to_seconds(std::chrono::steady_clock::now() - begin));
+  step_times_.add(to_seconds(std::chrono::steady_clock::now() - begin));
 
   q_ = tick_->q;
-  dq_ = tick_->dq;
   kinematics_.update(tick_->X_WB, q_);
   const std::array<FootState, 2>& foot = tick_->pattern.foot;
   place_.p_W_m = 0.5 * (foot[kLeft].X_WS.translation() + foot[kRight].X_WS.translation()).head<2>();
@@ -267,7 +262,6 @@ v1::WalkState WalkerNode::state() const {
 void WalkerNode::publish(runtime::Time now) {
   if (conduct_.phase() != Phase::waiting) {  // silence stops the drives
     command_message_.mutable_position_rad()->Assign(q_.begin(), q_.end());
-    command_message_.mutable_velocity_rad_s()->Assign(dq_.begin(), dq_.end());
     command_.send(command_message_, now);
   }
   publish_feedback(now);
@@ -329,22 +323,23 @@ void WalkerNode::publish_status(runtime::Time now) {
   const v1::WalkState is = state();
   const std::string& reason =
       conduct_.reason().empty() && motion_heard_ ? refusal_ : conduct_.reason();
-  const bool changed = is != told_.state || reason != told_.reason;
-  if (!changed && now < told_.due) return;
-  if (changed && (is != told_.state || troubles_.pass())) {
+  const bool changed = is != last_status_.state || reason != last_status_.reason;
+  if (!changed && now < last_status_.due) return;
+  if (changed && (is != last_status_.state || troubles_.pass())) {
     runtime::log(is == v1::WALK_STATE_SAFE ? runtime::Level::warn : runtime::Level::info,
                  fmt::format("{}{}{}", name(is), reason.empty() ? "" : ": ", reason));
   }
-  told_ = {is, reason, now + std::chrono::seconds(1)};
-  const Took took = runtime::read_outside_value<Took>(bus_, "ticks", [this] { return took_; });
+  last_status_ = {is, reason, now + std::chrono::seconds(1)};
+  const StepTimes times =
+      runtime::read_outside_value<StepTimes>(bus_, "ticks", [this] { return step_times_; });
   v1::WalkerStatus status;
   status.set_state(is);
   status.set_reason(reason);
   status.set_failed_solves(failed_);
   status.set_clipped_wishes(clipped_);
   status.set_limited_ticks(limited_);
-  status.set_mean_tick_s(took.mean_s);
-  status.set_worst_tick_s(took.worst_s);
+  status.set_mean_tick_s(times.mean_s);
+  status.set_worst_tick_s(times.worst_s);
   status_.send(status, now);
 }
 

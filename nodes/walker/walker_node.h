@@ -5,9 +5,9 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/walker/conduct.h"
-#include "nodes/walker/walk_drawing_node.h"
-#include "nodes/walker/walker_messages_node.h"
-#include "nodes/walker/walker_params_node.h"
+#include "nodes/walker/walk_drawing.h"
+#include "nodes/walker/walker_messages.h"
+#include "nodes/walker/walker_params.h"
 
 namespace mimesis::walker {
 
@@ -23,7 +23,7 @@ class WalkerNode {
 
  private:
   /// Times that Walker::step took on this machine.
-  struct Took {
+  struct StepTimes {
     double mean_s = 0.0, worst_s = 0.0;
     std::uint64_t ticks = 0;
 
@@ -32,7 +32,7 @@ class WalkerNode {
       worst_s = std::max(worst_s, s);
     }
   };
-  struct Told {
+  struct LastStatus {
     v1::WalkState state = v1::WALK_STATE_UNSPECIFIED;
     std::string reason;
     runtime::Time due{};  // next repetition
@@ -69,13 +69,13 @@ class WalkerNode {
   std::string sensors_line_, posture_line_, pause_line_, refusal_;  // log lines of this tick
   MotionWish motion_;
   bool motion_heard_ = false;
-  Eigen::VectorXd q_, dq_;              // set-points
+  Eigen::VectorXd q_;                   // set-points
   const WalkerOutput* tick_ = nullptr;  // the walker's last one
   GroundPose place_;                    // middle of the feet
   runtime::Time last_{};                // step
   std::uint64_t steps_ = 0, failed_ = 0, clipped_ = 0, limited_ = 0;
-  Took took_;
-  Told told_;
+  StepTimes step_times_;
+  LastStatus last_status_;
 
   v1::JointCommand command_message_;
   v1::WalkFeedback feedback_message_;

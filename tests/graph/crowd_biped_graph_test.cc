@@ -45,7 +45,7 @@ TEST(CrowdBiped, ItsWalkerIsKilledAndTheOthersGoOn) {
       run.graph().name(), [](const std::string& topic) { return topic == "crowd/status"; },
       runtime::Policy::reliable);
   bool killed = false;
-  for (int i = 0; i < 3000 && !killed && !run.process().wait(0ms); ++i) {
+  while (!killed && !run.process().wait(0ms)) {
     const auto item = tap.next(100ms);
     v1::CrowdStatus status;
     if (!item || !status.ParseFromString(item->message.payload) || status.externals_size() == 0) {

@@ -23,12 +23,12 @@ FIRST = [
     Mistake("topic of nobody", IMITATION, "in: {image: camera/image,", "in: {image: «camera/imagge,",
             "no node publishes 'camera/imagge'", "camera/image"),
     Mistake("input left out", IMITATION, "  cognition:\n    exec: mimesis_cognition\n    after: [recorder]\n"
-            "    params: {rate_hz: 100, architecture: \"${arg:ladder}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
+            "    params: {rate_hz: 100, network: \"${arg:network}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
             "      save_links: \"${run:log}/links.json\", rehearse: \"${arg:rehearse}\", goals: \"${arg:goals}\",\n"
             "      order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
             "    in: {observation: vision/observation, task: planner/status, test_plan: planner/trial, goals: task/goals}",
             "  «cognition:\n    exec: mimesis_cognition\n    after: [recorder]\n"
-            "    params: {rate_hz: 100, architecture: \"${arg:ladder}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
+            "    params: {rate_hz: 100, network: \"${arg:network}\", practice: \"${arg:practised}\", links: \"${arg:links}\",\n"
             "      save_links: \"${run:log}/links.json\", rehearse: \"${arg:rehearse}\", goals: \"${arg:goals}\",\n"
             "      order_s: 0.005}   # more, and the hand that comes before the goal would win\n"
             "    in: {observation: vision/observation, test_plan: planner/trial, goals: task/goals}",
@@ -107,9 +107,9 @@ SECOND = [
             "unix:hand"),
     Mistake("kind of bus", IMITATION, 'can: "embedded:arm"', 'can: «"embeded:arm"', "expected embedded:NAME"),
     Mistake("address without kind", IMITATION, 'address: "unix:hand"', 'address: «hand', "expected tcp:HOST:PORT"),
-    Mistake("table file", IMITATION, "table: bridge_table.yaml", "table: «bridge_tabel.yaml", "no such file",
-            "bridge_table.yaml"),
-    Mistake("arm for a table", IMITATION, "table: bridge_table.yaml", "table: «lwr4.yaml", "cannot be read"),
+    Mistake("table file", IMITATION, "table: bar_table.yaml", "table: «bar_tabel.yaml", "no such file",
+            "bar_table.yaml"),
+    Mistake("arm for a table", IMITATION, "table: bar_table.yaml", "table: «lwr4.yaml", "cannot be read"),
     Mistake("arm for a biped", BODY, "stabilizer: {delay_ticks: 3}}", "stabilizer: {delay_ticks: 3}, «robt: 1}",
             "unknown parameter", "robot", main=BIPED),
     Mistake("arm that walks", BIPED, "robot: {description: biped.yaml}", "robot: {description: «lwr4.yaml}",
@@ -180,7 +180,7 @@ THIRD = [
     Mistake("parameters of an include", BIPED, "    args: {plant:", "    «params: {}\n    args: {plant:", "unknown key 'params'"),
     Mistake("name space", BIPED, "  - file: parts/", "  - namespace: «my robot\n    file: parts/", "namespace 'my robot' is invalid"),
     Mistake("after in an included file", BODY, "after: [bridge]", "after: [«brigde]", "no node 'brigde'", "bridge", main=BIPED),
-    Mistake("wire in an included file", BODY, "joints: bridge/arm", "joints: «brige/arm", "no node publishes 'brige/arm'", "bridge/arm",
+    Mistake("wire in an included file", BODY, "joint_states: bridge/joint_states", "joint_states: «brige/joint_states", "no node publishes 'brige/joint_states'", "bridge/joint_states",
             main=BIPED),
     Mistake("parameter in an included file", BODY, "{offset_s: 0.00125", "{«ofset_s: 0.00125", "unknown parameter", "offset_s", main=BIPED),
     Mistake("YAML of an included file", BODY, "stop: {order: last}", "stop: «{order: last", "never closed", at="anywhere", main=BIPED),

@@ -214,10 +214,10 @@ int number_of(const char* variable, int otherwise) {
   return asked != nullptr ? std::atoi(asked) : otherwise;
 }
 
-/// Of the demo's three tasks.
+/// The motions of the demo's three tasks.
 std::vector<planner::PlannedMotion> planned_motions(const kin::ArmModel& arm) {
-  using planner::Grip, planner::Transport;
-  const kin::Table table = model::load_table("bridge_table.yaml");
+  using task::Grip, task::Transport;
+  const kin::Table table = model::load_table("bar_table.yaml");
   const planner::TaskSettings settings;
   const planner::Roadmap roadmap = planner::prepare_roadmap(arm, table, settings);
   std::vector<planner::PlannedMotion> motions;

@@ -11,6 +11,13 @@
 
 namespace mimesis::testing {
 
+std::vector<std::string> played(const std::string& name, std::vector<std::string> options) {
+  options.insert(options.end(),
+                 {"--arg", "played=true", "--arg",
+                  "symbols=" MIMESIS_SOURCE_DIR "/tests/graph/symbols/" + name + ".mcap"});
+  return options;
+}
+
 Scenario::Scenario(const std::string& name, std::vector<std::string> options) {
   std::string folder = (std::filesystem::temp_directory_path() / "mimesis-run-XXXXXX").string();
   MIMESIS_ASSERT(mkdtemp(folder.data()) != nullptr);

@@ -8,6 +8,11 @@
 
 namespace mimesis::testing {
 
+/// Options of the imitation without cameras and vision, which are most of its time: vision's
+/// symbols and the robot's table are played from tests/graph/symbols/NAME.mcap
+/// (tests/replay/record).
+std::vector<std::string> played(const std::string& name, std::vector<std::string> options = {});
+
 /// A scenario of launch/ in a graph of its own, with a log in a temporary folder.
 class Scenario {
  public:
@@ -19,7 +24,7 @@ class Scenario {
   const TestGraph& graph() const { return graph_; }
   const std::string& log() const { return log_; }
 
-  /// Waits for the end. Exit code, or nothing after four minutes.
+  /// Waits for the end. Exit code, or nothing after four minutes of a quiet machine.
   std::optional<int> wait() { return process_->wait(240s); }
   /// Last line of standard output.
   nlohmann::json result() const;

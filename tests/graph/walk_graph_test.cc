@@ -20,7 +20,7 @@ v1::Motion last_motion(const Scenario& run) {
 
 class Walk : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(Walk, ArrivesInEveryStyle) {
+TEST_P(Walk, ArrivesInTheStyle) {
   Scenario run("walk",
                {"--arg", std::string("style=") + GetParam(), "--arg", "x=3", "--arg", "y=-2"});
   EXPECT_EQ(run.wait(), 0);
@@ -36,7 +36,7 @@ TEST_P(Walk, ArrivesInEveryStyle) {
   EXPECT_GT(motion.position_pelvis_in_world_m().z_m(), 0.7);  // upright
 }
 
-INSTANTIATE_TEST_SUITE_P(Styles, Walk, ::testing::Values("walk", "slow", "stride", "brisk"),
+INSTANTIATE_TEST_SUITE_P(Styles, Walk, ::testing::Values("slow", "brisk"),
                          [](const auto& c) { return std::string(c.param); });
 
 TEST(WalkGraph, TakesWhatIsInADrawer) {
@@ -47,20 +47,6 @@ TEST(WalkGraph, TakesWhatIsInADrawer) {
   ASSERT_TRUE(result.is_object()) << run.process().output();
   EXPECT_EQ(result["action"], "take");
   EXPECT_NEAR(result["distance_mm"], 600.0, 130.0);
-}
-
-TEST(WalkGraph, LockstepRunsAreEqual) {
-  Scenario a("walk"), b("walk");
-  EXPECT_EQ(a.wait(), 0);
-  EXPECT_EQ(b.wait(), 0);
-  for (const char* topic : {"synthesizer/motion", "synthesizer/reached", "synthesizer/rows"}) {
-    auto of_a = a.messages(topic), of_b = b.messages(topic);
-    const std::size_t both = std::min(of_a.size(), of_b.size());  // the end comes in wall time
-    EXPECT_GE(both, 1U) << topic;
-    of_a.resize(both);
-    of_b.resize(both);
-    EXPECT_TRUE(of_a == of_b) << topic << " differs";
-  }
 }
 
 TEST(WalkGraph, AStyleThatTheModelHasNotStopsTheStart) {

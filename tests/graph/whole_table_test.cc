@@ -120,7 +120,7 @@ class Search {
 TEST(WholeTable, IsPlannedWhereThereIsAMotion) {
   const int scenes = number_of("MIMESIS_SCENES", 24);
   const kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  const kin::Table usual = model::load_table("bridge_table.yaml");
+  const kin::Table usual = model::load_table("bar_table.yaml");
   const TaskSettings settings;
   auto roadmap = std::make_shared<const Roadmap>(prepare_roadmap(arm, usual, settings));
   std::mt19937_64 random(static_cast<unsigned>(number_of("MIMESIS_SCENES_SEED", 1)));

@@ -9,7 +9,6 @@
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"
 #include "tests/peer/foreign.h"
-#include "tools/mimesis/log/test/robot_log.h"
 
 namespace mimesis::peer {
 namespace {
@@ -112,13 +111,8 @@ TEST_F(LogsPeer, TwentyOfTwentyOfOurLogsAreReadAlike) {
     merge.push_back(file.string());
   }
   log_verb(merge);
-  tool::RobotLog robot(path("robot"));
-  tool::write_robot_second(robot, "roadmap_nodes: 100\n");
-  robot.finish();
-  log_verb({"view", path("robot"), "--all", "-o", path("view"), "--compression", "lz4"});
   files.push_back(path("merged"));
-  files.push_back(path("view"));
-  ASSERT_EQ(files.size(), 20u);
+  ASSERT_EQ(files.size(), 19u);
 
   const nlohmann::json peer = read_with_peer(files);
   ASSERT_EQ(peer.size(), files.size());

@@ -7,7 +7,6 @@
 
 #include "common/testing/process.h"
 #include "tests/peer/foreign.h"
-#include "tools/mimesis/log/test/robot_log.h"
 
 namespace mimesis::peer {
 namespace {
@@ -87,32 +86,6 @@ TEST_F(SchemasPeer, OurProtosAreThePublishedOnes) {
   const Types ours = compiled(MIMESIS_SOURCE_DIR, "proto/foxglove");
   EXPECT_GT(ours.size(), 30u);
   expect_published(ours, "proto/foxglove");
-}
-
-TEST_F(SchemasPeer, SchemasInLogsAreThePublishedOnes) {
-  const std::string in = (folder_ / "in.mcap").string(), out = (folder_ / "out.mcap").string();
-  tool::RobotLog robot(in);
-  tool::write_robot_second(robot, "roadmap_nodes: 100\n", "view: {width_px: 16, height_px: 8}\n");
-  robot.finish();
-  testing::Process view("mimesis", {"log", "view", in, "--all", "-o", out});
-  ASSERT_EQ(view.wait(std::chrono::seconds(60)), 0) << view.errors();
-  const auto source = log::open_file(out);
-  ASSERT_TRUE(source);
-  const auto summary = log::summarize(**source);
-  ASSERT_TRUE(summary);
-  std::set<std::string> seen;
-  for (const auto& [id, schema] : summary->schemas) {
-    if (!schema.name.starts_with("foxglove.")) continue;
-    FileDescriptorSet set;
-    ASSERT_TRUE(set.ParseFromString(schema.data));
-    const Types types = foxglove_types(set);
-    EXPECT_TRUE(types.contains(schema.name)) << schema.name;
-    expect_published(types, schema.name);
-    seen.insert(schema.name);
-  }
-  EXPECT_EQ(seen, (std::set<std::string>{"foxglove.CameraCalibration", "foxglove.FrameTransforms",
-                                         "foxglove.JointStates", "foxglove.Log",
-                                         "foxglove.RawImage", "foxglove.SceneUpdate"}));
 }
 
 }  // namespace

@@ -63,11 +63,6 @@ def _candump():
     return "".join(f"({1436509052 + n / 100:.6f}) vcan0 {0x180 + n % 9:03X}#{n:016X}\n" for n in range(200)).encode()
 
 
-def _lcm():
-    event = lambda n, channel, data: struct.pack(">IQQII", 0xEDA1DA01, n, 10**6 + n, len(channel), len(data)) + channel + data
-    return b"".join(event(n, (b"POSE", b"ROBOT_STATE")[n % 2], struct.pack(">Qq", 0xFEEDFACECAFEBEEF, n) * 3) for n in range(50))
-
-
 def _launches(names=("imitation", "biped", "crowd", "crowd_four", "drawer", "walk")):
     return [trial.ROOT / f"launch/{name}.yaml" for name in names]
 
@@ -95,7 +90,7 @@ def _robot(rng, file, folder):
 def _log(rng, file, folder):
     out = folder / "out"
     return ["mimesis", "log", *rng.choice((
-        ["check", file], ["check", file], ["info", file], ["cat", file, "--limit", "200"], ["recover", file, out], ["sort", file, out],
+        ["check", file], ["check", file], ["info", file], ["cat", file, "--limit", "200"], ["recover", file, out],
         ["filter", file, out, "--every", "3"], ["diff", file, file], ["merge", file, file, "-o", out], ["info", file, "--json"],
         ["export", file, "--attachments", out], ["plot", file, "planner/status.state", "-o", folder / "out.png"],
         ["view", file, out, "--all"], ["replay", file.stem, file], ["play", file, "--rate", "100"]))]
@@ -120,7 +115,7 @@ KINDS = {
     "params": (lambda: _launches(("imitation",)), True, _params),
     "robot": (lambda: [trial.ROOT / "models/lwr4.yaml", trial.ROOT / "models/biped.yaml"], True, _robot),
     "urdf": (lambda: [trial.ROOT / "models/biped.urdf"], True, _robot),
-    "table": (lambda: [trial.ROOT / "models/bridge_table.yaml"], True,
+    "table": (lambda: [trial.ROOT / "models/bar_table.yaml"], True,
               lambda rng, file, folder: ["mimesis_world", "--set", f"table={file}"]),
     "scenario": (lambda: sorted((trial.ROOT / "launch/crowd").glob("*.yaml")), True,
                  lambda rng, file, folder: rng.choice((["mimesis", "crowd", "certify", file],
@@ -130,8 +125,6 @@ KINDS = {
     "log": (_log_seeds, False, _log),
     "candump": (lambda: [("a.log", _candump())], True,
                 lambda rng, file, folder: ["mimesis", "log", "convert", file, folder / "out.mcap"]),
-    "lcm": (lambda: [("a.00", _lcm())], False,
-            lambda rng, file, folder: ["mimesis", "log", "convert", "--from", "lcm", file, folder / "out.mcap"]),
     "picture": (lambda: [("a.png", _png())], False,
                 lambda rng, file, folder: ["mimesis_camera", "--set", "source=folder", "--set", f"path={folder / 'pictures'}"]),
     "mocap": (_mocap_seeds, False, _mocap),

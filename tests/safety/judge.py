@@ -13,7 +13,7 @@ WRECK = re.compile(r"Assertion|assertion|AddressSanitizer|runtime error:|termina
 @dataclasses.dataclass
 class Story:
     """What happened in one trial."""
-    victim: str  # a node, "keeper", "supervisor", or "" if nobody was killed or stopped
+    victim: str  # a node, "subreaper", "supervisor", or "" if nobody was killed or stopped
     event: float  # when
     samples: list  # of the truth, in order
     still_rad_s: float
@@ -22,7 +22,7 @@ class Story:
     lost: bool = True  # the run cannot succeed any more
     resumed: float | None = None  # when the victim was continued
     ended: float | None = None  # when the last process had ended; None: it had to be ended by force
-    exit_code: int | None = None  # None: the keeper was killed by us
+    exit_code: int | None = None  # None: the subreaper was killed by us
     errors: list = dataclasses.field(default_factory=list)  # (time, line)
     summary: dict | None = None  # first JSON line
     result: dict | None = None  # last JSON line
@@ -76,7 +76,7 @@ def names(victim, line):
     """A line of the launcher that tells of the victim; the nodes' own lines begin with [NODE]."""
     if not line.startswith("mimesis: ") or line.startswith("mimesis: logs in"):
         return False
-    if victim in ("keeper", "supervisor"):
+    if victim in ("subreaper", "supervisor"):
         return "the launcher" in line or "interrupted" in line
     return re.search(rf"\b{victim}\b", line) is not None
 

@@ -34,7 +34,7 @@ def graph_text(build, rng):
 
 
 def name_of(pid, run, nodes):
-    """Of a process: its node, "keeper", "supervisor" or "child"."""
+    """Of a process: its node, "subreaper", "supervisor" or "child"."""
     known = {number: name for name, number in run.processes().items()}
     with contextlib.suppress(OSError):
         words = pathlib.Path(f"/proc/{pid}/cmdline").read_text().split("\0")
@@ -81,7 +81,7 @@ def kill_one(build, seed):
 
 
 def judge_code(verdict, victim, code, summary, nodes, settled):
-    if victim == "keeper":
+    if victim == "subreaper":
         return verdict.breach("code", str(code)) if code != -signal.SIGKILL else None
     if code == 2 and not settled:  # it was asked what it is, before anything is started
         return None

@@ -32,11 +32,11 @@ class Scenario:
     lockstep_options: tuple = ()  # more of them
 
 
-NOT_NODES = ("supervisor", "keeper")
+NOT_NODES = ("supervisor", "subreaper")
 SCENARIOS = {s.name: s for s in (
-    Scenario("imitation", "sim_drives/arm", "world/outcome", 6.0, 0.01, 0.0,
+    Scenario("imitation", "sim_drives/joint_states", "world/outcome", 6.0, 0.01, 0.0,
              ("camera", "vision", "cognition", "planner", "world", "bridge", *NOT_NODES), ("--set", "camera.duration_s=3")),
-    Scenario("biped", "sim_body/arm", "sim_body/outcome", 8.0, 0.8, 0.05, ("walker", "bridge")),
+    Scenario("biped", "sim_body/joint_states", "sim_body/outcome", 8.0, 0.8, 0.05, ("walker", "bridge")),
     Scenario("crowd", "crowd/status", "crowd/outcome", 6.0, 0.0, 0.0, (), ("--arg", "until=12"), ("--arg", "until=1000")),
 )}
 @dataclasses.dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Launch:
             into.append((time.monotonic(), line.rstrip("\n")))
 
     def processes(self):
-        """Living processes of this run by node name, "keeper" and "supervisor"; others by their pid."""
+        """Living processes of this run by node name, "subreaper" and "supervisor"; others by their pid."""
         mark, found = f"XDG_RUNTIME_DIR={self.runtime}\0".encode(), {}
         for entry in pathlib.Path("/proc").iterdir():
             if not entry.name.isdigit() or int(entry.name) == os.getpid():
@@ -159,7 +159,7 @@ class Launch:
                     continue  # ended, and not waited for
                 name = entry.name
                 if int(entry.name) == self.process.pid:
-                    name = "keeper"
+                    name = "subreaper"
                 elif "--name" in words:
                     name = words[words.index("--name") + 1]
                 elif "record" in words or words[0].endswith("mimesis-log-record"):

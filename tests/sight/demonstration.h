@@ -21,18 +21,17 @@ struct Verdict {
 /// Renders a demonstration and watches it from beginning to end.
 Verdict watch(const camera::Picture& picture);
 
-vision::Grip expected(camera::Grip grip);
-
 /// One of the eight combinations, k = 0..7.
-camera::Lesson lesson(int k);
+task::Demonstration demonstration(int k);
 
 /// Light and camera.
 struct Conditions {
   const char* what;
-  double noise, blur_px, gain, warmth, bridge_height_m;
-  camera::Color color;
+  double noise, blur_px, gain, warmth, bar_height_m;
+  task::Color color;
 };
 const std::vector<Conditions>& all_conditions();
-camera::Picture picture_of(const camera::Lesson& lesson, const Conditions& c, std::uint64_t seed);
+camera::Picture picture_of(const task::Demonstration& shown, const Conditions& c,
+                           std::uint64_t seed);
 
 }  // namespace mimesis

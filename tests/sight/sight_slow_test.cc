@@ -12,7 +12,8 @@ TEST(SightSlow, TellsAllEightDemonstrationsUnderAllConditions) {
   constexpr std::uint64_t kSeed = 101;
   for (const Conditions& c : all_conditions()) {
     for (int k = 0; k < 8; ++k, ++shown) {
-      const Verdict v = watch(picture_of(lesson(k), c, kSeed + static_cast<std::uint64_t>(shown)));
+      const Verdict v =
+          watch(picture_of(demonstration(k), c, kSeed + static_cast<std::uint64_t>(shown)));
       EXPECT_TRUE(v.right()) << c.what << ", demonstration " << k << ": grip " << v.grip
                              << " transport " << v.transport << " goal " << v.goal << " color "
                              << v.color << " complete " << v.complete;

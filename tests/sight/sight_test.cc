@@ -9,7 +9,7 @@
 #include "nodes/camera/random_scene.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/robot_table.h"
-#include "nodes/vision/sight_drawing_node.h"
+#include "nodes/vision/sight_drawing.h"
 #include "tests/sight/demonstration.h"
 
 namespace mimesis {
@@ -19,7 +19,7 @@ TEST(Sight, TellsEachDemonstrationUnderOtherConditions) {
   const auto& conditions = all_conditions();
   for (int k = 0; k < 8; ++k) {
     const Conditions& c = conditions[static_cast<std::size_t>(k)];
-    const Verdict v = watch(picture_of(lesson(k), c, static_cast<std::uint64_t>(200 + k)));
+    const Verdict v = watch(picture_of(demonstration(k), c, static_cast<std::uint64_t>(200 + k)));
     EXPECT_TRUE(v.right()) << c.what << ", demonstration " << k << ": grip " << v.grip
                            << " transport " << v.transport << " goal " << v.goal << " color "
                            << v.color << " complete " << v.complete;
@@ -32,8 +32,8 @@ TEST(Sight, MeasuresTheTableWithinMillimetres) {
   camera::Picture picture;
   picture.faults.noise = 8.0;
   for (const double height : {0.16, 0.20, 0.25}) {
-    picture.script.lesson = lesson(0);
-    picture.table.bridge_height_m = height;
+    picture.script.demonstration = demonstration(0);
+    picture.table.bar_height_m = height;
     camera::Renderer renderer(picture);
     vision::TableWatcher watcher{vision::WatcherSetup{}};
     image::Image frame;
@@ -48,7 +48,7 @@ TEST(Sight, MeasuresTheTableWithinMillimetres) {
     EXPECT_LT((*s.object - truth.object).norm(), 0.005);
     EXPECT_LT((*s.goal_high - up - truth.goal_high).norm(), 0.005);
     EXPECT_LT((*s.goal_low - up - truth.goal_low).norm(), 0.005);
-    EXPECT_NEAR(*watcher.bridge_height_m(), height, 0.005);
+    EXPECT_NEAR(*watcher.bar_height_m(), height, 0.005);
   }
 }
 
@@ -77,7 +77,7 @@ TEST(Sight, ClassesSurviveChangesOfLight) {
         renderer.render(0.0, frame);
         watcher.watch(frame);
       }
-      for (const auto kind : {vision::Kind::object, vision::Kind::bridge, vision::Kind::goal_high,
+      for (const auto kind : {vision::Kind::object, vision::Kind::bar, vision::Kind::goal_high,
                               vision::Kind::goal_low}) {
         double& usual = area.at(static_cast<std::size_t>(kind));
         const double now = watcher.blob(kind).moments.area;
@@ -100,18 +100,18 @@ TEST(Sight, ClassesSurviveChangesOfLight) {
 TEST(Sight, AGoalIsHighByItsHeightNotByItsColour) {
   for (const int k : {0, 1}) {  // to the yellow stand, to the violet one
     camera::Picture picture;
-    picture.script.lesson = lesson(k);
+    picture.script.demonstration = demonstration(k);
     std::swap(picture.table.goal_low_y_m, picture.table.goal_high_y_m);
     const Verdict v = watch(picture);
     EXPECT_TRUE(v.complete && v.transport) << k;
-    EXPECT_FALSE(v.goal) << k;  // the lesson goes by the colour
+    EXPECT_FALSE(v.goal) << k;  // what was shown goes by the colour
   }
 }
 
 TEST(Sight, FollowsObjectAndHandThroughTheMotion) {
   for (const int k : {0, 3, 5, 6}) {
     camera::Picture picture;
-    picture.script.lesson = lesson(k);
+    picture.script.demonstration = demonstration(k);
     camera::Renderer renderer(picture);
     vision::TableWatcher watcher{vision::WatcherSetup{}};
     image::Image frame;
@@ -152,7 +152,7 @@ TEST(Sight, CentroidsKeepStillWithinHalfAPixelUnderNoise) {
   for (int k = 0; k < 40; ++k) {
     noisy_renderer.render(0.01 * k, frame);
     watcher.watch(frame);
-    for (const vision::Kind kind : {vision::Kind::object, vision::Kind::bridge,
+    for (const vision::Kind kind : {vision::Kind::object, vision::Kind::bar,
                                     vision::Kind::goal_high, vision::Kind::goal_low}) {
       const vision::Moments& a = reference.blob(kind).moments;
       const vision::Moments& b = watcher.blob(kind).moments;
@@ -172,7 +172,7 @@ TEST(Sight, CentroidsKeepStillWithinHalfAPixelUnderNoise) {
 TEST(Sight, SeesOnlyTheGripWhenTheTeacherStopsAfterGrasping) {  // [M18 Fig. 2.20]
   for (const int k : {0, 4}) {
     camera::Picture picture;
-    picture.script.lesson = lesson(k);
+    picture.script.demonstration = demonstration(k);
     picture.script.only_grasp = true;
     camera::Renderer renderer(picture);
     vision::TableWatcher watcher{vision::WatcherSetup{}};
@@ -181,17 +181,17 @@ TEST(Sight, SeesOnlyTheGripWhenTheTeacherStopsAfterGrasping) {  // [M18 Fig. 2.2
       renderer.render(t, frame);
       watcher.watch(frame);
     }
-    EXPECT_EQ(watcher.action().grip().value, expected(picture.script.lesson.grip));
-    EXPECT_EQ(watcher.action().transport().value, vision::Transport::unknown);
-    EXPECT_EQ(watcher.action().goal().value, vision::Goal::unknown);
+    EXPECT_EQ(watcher.action().grip().value, picture.script.demonstration.grip);
+    EXPECT_EQ(watcher.action().transport().value, task::Transport::unknown);
+    EXPECT_EQ(watcher.action().goal().value, task::Goal::unknown);
     EXPECT_FALSE(watcher.action().complete());
   }
 }
 
 TEST(Sight, SeesTheGoalButNoTransportWithoutTheBar) {  // [M18 Fig. 2.21]
   camera::Picture picture;
-  picture.script.lesson = {camera::Grip::full, camera::Transport::below, camera::Goal::high};
-  picture.table.bridge_removed = true;
+  picture.script.demonstration = {task::Grip::full, task::Transport::below, task::Goal::high};
+  picture.table.bar_removed = true;
   const Verdict v = watch(picture);
   EXPECT_TRUE(v.grip && v.goal && v.complete);
   EXPECT_FALSE(v.transport);
@@ -212,7 +212,7 @@ TEST(Sight, StartsAnewWithTheSecondDemonstration) {
     before = watcher.action().complete();
   }
   EXPECT_EQ(completions, 2);
-  EXPECT_EQ(watcher.action().transport().value, vision::Transport::above);
+  EXPECT_EQ(watcher.action().transport().value, task::Transport::above);
 }
 
 /// A tear that nothing tells, rows of the picture before below any row, changes no symbol.
@@ -220,7 +220,7 @@ TEST(Sight, TearsAreHarmless) {
   std::mt19937 random(2929);
   for (const int k : {1, 6}) {
     camera::Picture picture;
-    picture.script.lesson = lesson(k);
+    picture.script.demonstration = demonstration(k);
     camera::Renderer renderer(picture);
     vision::TableWatcher watcher{vision::WatcherSetup{}};
     image::Image frame, before;
@@ -235,9 +235,9 @@ TEST(Sight, TearsAreHarmless) {
       before = frame;
     }
     const vision::ActionRecognizer& action = watcher.action();
-    EXPECT_EQ(action.grip().value, expected(picture.script.lesson.grip));
-    EXPECT_EQ(action.transport().value == vision::Transport::above, k == 1);
-    EXPECT_EQ(action.goal().value == vision::Goal::high, k == 6);
+    EXPECT_EQ(action.grip().value, picture.script.demonstration.grip);
+    EXPECT_EQ(action.transport().value == task::Transport::above, k == 1);
+    EXPECT_EQ(action.goal().value == task::Goal::high, k == 6);
     EXPECT_TRUE(action.complete());
   }
 }
@@ -263,7 +263,7 @@ TEST(Sight, TwoCamerasFollowTheHandItself) {
     const bool full = k % 2 == 1;
     camera::Picture picture;
     picture.looks.right_hand = k > 1;
-    picture.script.lesson = lesson(full ? 4 : 0);
+    picture.script.demonstration = demonstration(full ? 4 : 0);
     picture.script.tilt_rad = full ? 0.25 : -0.25;
     picture.script.hand_scale = 1.05;
     const auto cameras = camera::usual_cameras(picture.view, 0.3);
@@ -287,7 +287,7 @@ TEST(Sight, TwoCamerasFollowTheHandItself) {
     EXPECT_LT((hand.wrist - truth.wrist).norm(), 0.05) << k;
     const double angle = std::acos(-truth.palm_normal.normalized().y());
     EXPECT_NEAR(hand.palm_angle_rad, angle, 0.3) << k;
-    EXPECT_EQ(watcher.action().grip().value, full ? vision::Grip::full : vision::Grip::precision);
+    EXPECT_EQ(watcher.action().grip().value, full ? task::Grip::full : task::Grip::precision);
     // Drawn where it is, on a table that stands turned and elsewhere.
     vision::RobotTableSetup table;
     table.origin_m = {1.7, 0.2, -0.01};
@@ -310,8 +310,8 @@ TEST(Sight, TwoCamerasFollowTheHandItself) {
 TEST(Sight, APalmThatIsTurnedWrongDoesNotChangeTheGrip) {
   constexpr std::uint64_t kSeed = 6159;
   camera::Picture usual;
-  usual.script.lesson = {camera::Grip::precision, camera::Transport::above, camera::Goal::high};
-  usual.script.color = camera::Color::dark;
+  usual.script.demonstration = {task::Grip::precision, task::Transport::above, task::Goal::high};
+  usual.script.demonstration.color = task::Color::dark;
   usual.script.duration_s = 5.569968;
   const camera::RandomScene scene = camera::random_scene(usual, kSeed);
   camera::Renderer left(scene.picture, scene.cameras[0], 0),
@@ -333,7 +333,7 @@ TEST(Sight, APalmThatIsTurnedWrongDoesNotChangeTheGrip) {
     watcher.watch_right(b);
     watcher.watch(a);
   }
-  EXPECT_EQ(watcher.action().grip().value, vision::Grip::precision);
+  EXPECT_EQ(watcher.action().grip().value, task::Grip::precision);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@ namespace mimesis::tool {
 
 void from_json(const std::string& json, const std::string& what,
                google::protobuf::Message& message) {
-  // Of a dynamic type: Protobuf resolves it in the message's own pool.
+  // The type may be a dynamic one: Protobuf resolves it in the message's own pool.
   const auto status = google::protobuf::util::JsonStringToMessage(json, &message);
   if (status.ok()) return;
   std::string why(status.message());

@@ -26,7 +26,7 @@ struct RunFolder {
 /// Oldest first.
 std::vector<RunFolder> run_folders();
 
-/// What may stay.
+/// Limits of what is kept.
 struct LogLimit {
   std::size_t runs = SIZE_MAX;
   std::uint64_t bytes = UINT64_MAX;

@@ -112,9 +112,8 @@ struct Watched {
   std::string state() const {
     if (!info.ready()) return "starting";
     if (!health) return "ready";
-    const bool stale = std::ranges::any_of(health->inputs(), &v1::InputHealth::stale);
     const bool late = before && health->overruns() > before->overruns();
-    return stale ? "stale input" : late ? "late" : "ok";
+    return late ? "late" : "ok";
   }
 
  private:

@@ -373,7 +373,7 @@ void add_topic(CLI::App& program, int& exit_code) {
   add_common(echo);
   echo->footer(
       "Examples:\n  mimesis topic echo planner/status --once\n"
-      "  mimesis topic echo bridge/arm --field position_rad --json -n 10");
+      "  mimesis topic echo bridge/joint_states --field position_rad --json -n 10");
   on(echo, echo_topic);
 
   CLI::App* hz = topic->add_subcommand("hz", "Rate of a topic, once a second");
@@ -381,14 +381,16 @@ void add_topic(CLI::App& program, int& exit_code) {
   CLI::App* delay = topic->add_subcommand(
       "delay", "Time from the stamp of messages to their arrival here, once a second");
   for (const auto& [verb, measure, examples] :
-       {std::tuple(
-            hz, Measure::rate,
-            "Examples:\n  mimesis topic hz camera/image\n  mimesis topic hz bridge/arm -w 200 "
-            "-n 1 --json"),
+       {std::tuple(hz, Measure::rate,
+                   "Examples:\n  mimesis topic hz camera/image\n  mimesis topic hz "
+                   "bridge/joint_states -w 200 "
+                   "-n 1 --json"),
         {bw, Measure::bandwidth,
-         "Examples:\n  mimesis topic bw camera/image\n  mimesis topic bw bridge/arm -n 1 --json"},
+         "Examples:\n  mimesis topic bw camera/image\n  mimesis topic bw bridge/joint_states -n 1 "
+         "--json"},
         {delay, Measure::delay,
-         "Examples:\n  mimesis topic delay camera/image\n  mimesis topic delay bridge/arm -n 1 "
+         "Examples:\n  mimesis topic delay camera/image\n  mimesis topic delay bridge/joint_states "
+         "-n 1 "
          "--json"}}) {
     verb->add_option("topic", o->topic, "Name of the topic")->required();
     verb->add_option("-w,--window", o->window, "Messages to look at")
@@ -406,7 +408,8 @@ void add_topic(CLI::App& program, int& exit_code) {
   info->add_option("topic", o->topic, "Name of the topic")->required();
   add_common(info);
   info->footer(
-      "Examples:\n  mimesis topic info camera/image\n  mimesis topic info bridge/arm --json");
+      "Examples:\n  mimesis topic info camera/image\n  mimesis topic info bridge/joint_states "
+      "--json");
   on(info, topic_info);
 
   add_pub(*topic, exit_code);

@@ -50,7 +50,8 @@ std::vector<Case> cases() {
 class Conformance : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(data_folder())) GTEST_SKIP() << "no conformance data at " << data_folder();
+    if (!fs::exists(data_folder()))
+      GTEST_SKIP() << "not here: no conformance data at " << data_folder();
   }
 };
 

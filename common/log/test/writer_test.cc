@@ -111,7 +111,7 @@ TEST(Writer, AfterFlushEverythingIsReadableWithoutAnEnd) {
 }
 
 TEST(Writer, TheKernelsErrorNamesTheFile) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "not here: no /dev/full";
   auto sink = create_file("/dev/full");
   ASSERT_TRUE(sink);
   Writer writer(**sink, {});

@@ -60,7 +60,7 @@ TEST(BipedFile, BipedStandsAsPublished) {
 
 TEST(BipedFile, Jvrc1StandsAsWell) {
   if (!std::filesystem::exists(shared_data("data/robots/jvrc1.urdf"))) {
-    GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+    GTEST_SKIP() << "not here: needs data/robots/jvrc1.urdf of the shared folder";
   }
   const robot::Biped biped = load_biped("jvrc1.yaml");
   EXPECT_EQ(biped.tree.dof(), 44);

@@ -49,7 +49,7 @@ void expect_arm_of_the_set(const std::string& arm_file, const std::string& name)
   SCOPED_TRACE(arm_file);
   const auto file = shared_data("data/planner/problemset.json");
   std::ifstream in(file);
-  if (!in) GTEST_SKIP() << file << " is absent";
+  if (!in) GTEST_SKIP() << "not here: " << file << " is absent";
   const nlohmann::json set = nlohmann::json::parse(in);
   const auto robot = std::find_if(set["robots"].begin(), set["robots"].end(),
                                   [&](const auto& r) { return r["name"] == name; });
@@ -139,9 +139,9 @@ TEST(ArmFile, MistakesAreNamedInOneLine) {
   EXPECT_NE(message_of([] { load_arm("no-such-arm.yaml"); }), "no error");
 }
 
-TEST(TableFile, BridgeTableHoldsItsObjectsUp) {
-  const kin::Table table = load_table(kModels + "bridge_table.yaml");
-  EXPECT_NEAR(table.bridge_height, 0.42, 1e-12);
+TEST(TableFile, BarTableHoldsItsObjectsUp) {
+  const kin::Table table = load_table(kModels + "bar_table.yaml");
+  EXPECT_NEAR(table.bar_height, 0.42, 1e-12);
   ASSERT_EQ(table.goals.size(), 2u);
   EXPECT_EQ(table.goals[0].name, "high");
   EXPECT_GT(table.goals[0].position.z(), table.goals[1].position.z());
@@ -159,38 +159,37 @@ TEST(TableFile, BridgeTableHoldsItsObjectsUp) {
   EXPECT_TRUE(bottom_is_supported(table.object));
   for (const kin::GoalPlace& goal : table.goals) {
     EXPECT_TRUE(bottom_is_supported(goal.position)) << goal.name;
-    EXPECT_GT(goal.position.x(), table.bridge_center.x())
-        << goal.name << " is not behind the bridge";
+    EXPECT_GT(goal.position.x(), table.bar_center.x()) << goal.name << " is not behind the bar";
   }
-  EXPECT_LT(table.object.x(), table.bridge_center.x());
+  EXPECT_LT(table.object.x(), table.bar_center.x());
 }
 
-TEST(TableFile, BridgeHeightCanBeGivenInstead) {
-  const kin::Table table = load_table(kModels + "bridge_table.yaml", 0.25);
-  EXPECT_DOUBLE_EQ(table.bridge_height, 0.25);
-  EXPECT_NEAR(table.bridge_center.z(), -0.01 + 0.25 + 0.03, 1e-12);
+TEST(TableFile, BarHeightCanBeGivenInstead) {
+  const kin::Table table = load_table(kModels + "bar_table.yaml", 0.25);
+  EXPECT_DOUBLE_EQ(table.bar_height, 0.25);
+  EXPECT_NEAR(table.bar_center.z(), -0.01 + 0.25 + 0.03, 1e-12);
   for (const kin::Ball& ball : table.balls)
-    EXPECT_LE(ball.center.z(), table.bridge_center.z() + 1e-12);
+    EXPECT_LE(ball.center.z(), table.bar_center.z() + 1e-12);
 }
 
 TEST(TableFile, MistakesAreNamedInOneLine) {
   EXPECT_NE(
-      message_of([] { load_table(kModels + "bridge_table.yaml", 0.01); }).find("height_m is below"),
+      message_of([] { load_table(kModels + "bar_table.yaml", 0.01); }).find("height_m is below"),
       std::string::npos);
-  const EditedCopy goal("bridge_table.yaml", "{name: low,", "{name: middle,");
+  const EditedCopy goal("bar_table.yaml", "{name: low,", "{name: middle,");
   EXPECT_NE(message_of([&] { load_table(goal.file()); }).find("middle"), std::string::npos);
-  const EditedCopy object("bridge_table.yaml", "position_m: [0.40", "# position_m: [0.40");
+  const EditedCopy object("bar_table.yaml", "position_m: [0.40", "# position_m: [0.40");
   EXPECT_EQ(message_of([&] { load_table(object.file()); }),
             object.file() + ":23:3: object.position_m: is missing, expected 3 numbers");
 }
 
 TEST(ModelFiles, EachLineIsEitherNotNeededOrMissedByName) {
   const auto load = [](const std::string& model, const std::string& file) {
-    if (model == "bridge_table.yaml") load_table(file);
+    if (model == "bar_table.yaml") load_table(file);
     if (model == "lwr4.yaml") load_arm(file);
     if (model == "biped.yaml") load_biped(file);
   };
-  for (const std::string model : {"bridge_table.yaml", "lwr4.yaml", "biped.yaml"}) {
+  for (const std::string model : {"bar_table.yaml", "lwr4.yaml", "biped.yaml"}) {
     std::istringstream lines(slurp(kModels + model));
     int refused = 0;
     for (std::string line; std::getline(lines, line);) {

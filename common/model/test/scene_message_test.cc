@@ -6,8 +6,7 @@ namespace mimesis::model {
 namespace {
 
 TEST(SceneMessage, CarriesAWholeTableThereAndBack) {
-  const kin::Table table =
-      load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml");
+  const kin::Table table = load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bar_table.yaml");
   const kin::Table back = from_proto(to_proto(table));
   ASSERT_EQ(back.balls.size(), table.balls.size());
   for (std::size_t i = 0; i < table.balls.size(); ++i) {
@@ -26,9 +25,9 @@ TEST(SceneMessage, CarriesAWholeTableThereAndBack) {
     EXPECT_EQ(back.goals[i].position, table.goals[i].position);
     EXPECT_EQ(back.goals[i].radius, table.goals[i].radius);
   }
-  EXPECT_EQ(back.bridge_center, table.bridge_center);
-  EXPECT_EQ(back.bridge_height, table.bridge_height);
-  EXPECT_EQ(back.bridge_half_width, table.bridge_half_width);
+  EXPECT_EQ(back.bar_center, table.bar_center);
+  EXPECT_EQ(back.bar_height, table.bar_height);
+  EXPECT_EQ(back.bar_half_width, table.bar_half_width);
   EXPECT_EQ(back.object, table.object);
   EXPECT_EQ(back.object_radius, table.object_radius);
   EXPECT_EQ(back.object_height, table.object_height);

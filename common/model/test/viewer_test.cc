@@ -12,7 +12,7 @@ namespace {
 
 TEST(Viewer, DrawsEveryBallOfTheArmInItsOwnFrame) {
   const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
-  const kin::Table table = load_table(kModels + "bridge_table.yaml");
+  const kin::Table table = load_table(kModels + "bar_table.yaml");
   std::map<std::string, foxglove::SceneEntity> entities;
   const auto update = to_entities(table, arm, std::chrono::seconds(3));
   for (const auto& entity : update.entities()) {
@@ -135,7 +135,7 @@ TEST(Viewer, FramesOfTheRobotAreThoseOfItsKinematics) {
 }
 
 TEST(Viewer, TheTableStandsInTheWorldWithItsObject) {
-  const kin::Table table = load_table(kModels + "bridge_table.yaml");
+  const kin::Table table = load_table(kModels + "bar_table.yaml");
   const auto update = to_table(table, {});
   ASSERT_EQ(update.entities_size(), 1);
   const auto& entity = update.entities(0);

@@ -41,10 +41,10 @@ HeldOut held_out(const mocap::Trials& set, Delays delays, bool nonnegative,
                  const std::function<Mixture(const mocap::Trials&)>& learn,
                  const std::function<void(double)>& progress = {});
 
-/// Of sisa() with these options. Each of its runs starts from the sources of `whole`, its result
-/// over all clips, so that it takes less time; as the sources of a run are refined until it gains
-/// no more, what it owes to the clip that is left out is a choice among local minima: on the
-/// recorded sets Q differs by less than 0.006 from runs that start anew.
+/// The held-out quality of sisa() with these options. Each of its runs starts from the sources of
+/// `whole`, its result over all clips, so that it takes less time; as the sources of a run are
+/// refined until it gains no more, what it owes to the clip that is left out is a choice among
+/// local minima: on the recorded sets Q differs by less than 0.006 from runs that start anew.
 HeldOut sisa_held_out(const mocap::Trials& set, SisaOptions options, const Mixture& whole);
 
 /// The trials for which `keep` holds, in their order.

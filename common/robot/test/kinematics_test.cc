@@ -138,7 +138,8 @@ TEST(Kinematics, HalfSittingBipedStandsOnItsSoles) {
 }
 
 TEST(Kinematics, AnotherRobotReadsAsWell) {
-  if (jvrc1_urdf().empty()) GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+  if (jvrc1_urdf().empty())
+    GTEST_SKIP() << "not here: needs data/robots/jvrc1.urdf of the shared folder";
   const RobotTree tree = read_urdf(jvrc1_urdf());
   EXPECT_EQ(tree.dof(), 44);
   EXPECT_NEAR(tree.mass_kg(), 62.4, 0.05);

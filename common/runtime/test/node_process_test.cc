@@ -261,7 +261,7 @@ TEST(NodeProcess, ItsLogLinesAreATopic) {
 
 TEST(NodeProcess, SettingTheSystemClockMovesNothingAndIsReported) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer must be the first library";
+  GTEST_SKIP() << "no such case: a sanitizer must be the first library";
 #endif
   TestGraph graph;
   const std::string file = graph.directory() + "/test_clock";
@@ -330,7 +330,7 @@ TEST(NodeProcess, NoNetworkInterfaceIsNeeded) {  // not even the loopback one is
   const std::string unshare = "/usr/bin/unshare";
   const std::string flags = geteuid() == 0 ? "-n" : "-rn";
   if (access(unshare.c_str(), X_OK) != 0 || Process(unshare, {flags, "true"}).wait() != 0) {
-    GTEST_SKIP() << "unshare is not permitted here";
+    GTEST_SKIP() << "not here: unshare is not permitted";
   }
   const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
   Process inside(unshare, {flags, self, "--gtest_filter=*MessagesReachIt*:*HeardAgain*"});

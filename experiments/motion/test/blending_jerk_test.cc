@@ -87,7 +87,7 @@ void print(const char* what, const std::vector<BlendingJerk>& pairs) {
 class RecordedStyles : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (testing::shared_folder().empty()) GTEST_SKIP() << "no shared folder";
+    if (testing::shared_folder().empty()) GTEST_SKIP() << "not here: no shared folder";
     set_ = testing::gait_set("B");
   }
   mocap::Trials set_;
@@ -124,7 +124,7 @@ TEST_F(RecordedStyles, WithFiveSourcesHalfOfThePairsReachTheGoal) {
 /// With 8 sources every pair is below the goal, but not because they blend better: the model has
 /// learned the jump between the end and the beginning of the recorded cycles, which is steady jerk
 /// just where the transition is. With closed cycles it is as with 5.
-TEST_F(RecordedStyles, WithEightSourcesTheSeamsOfTheCyclesHideTheTransition) {
+TEST_F(RecordedStyles, DISABLED_SlowWithEightSourcesTheSeamsOfTheCyclesHideTheTransition) {
   align_rotation_branches(set_);
   motion::MotionModel model = testing::tied_model(set_, 8);
   const auto seams = blending_jerk(model, styles_of(model), {});

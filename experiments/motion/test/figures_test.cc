@@ -12,8 +12,8 @@
 namespace mimesis::synthesizer {
 namespace {
 
-const std::set<std::string> kSlow = {"blending", "demixing", "fig-3.10", "fig-3.11",
-                                     "fig-3.13", "fig-3.20", "fig-3.31", "fig-3.33"};
+const std::set<std::string> kSlow = {"blending", "demixing", "fig-3.10", "fig-3.11", "fig-3.13",
+                                     "fig-3.14", "fig-3.20", "fig-3.31", "fig-3.33", "walk-styles"};
 /// Computed from recordings, which are no part of the repository.
 const std::set<std::string> kFromRecordings = {"blending", "demixing", "fig-3.10",   "fig-3.11",
                                                "fig-3.31", "fig-3.33", "walk-styles"};
@@ -30,7 +30,7 @@ class FigureRows : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(FigureRows, Hold) {
   if (kFromRecordings.contains(GetParam()) && !std::filesystem::exists(mocap::shared_mocap())) {
-    GTEST_SKIP() << mocap::shared_mocap() << " is absent";
+    GTEST_SKIP() << "not here: " << mocap::shared_mocap() << " is absent";
   }
   const auto all = figures();
   const reproduce::Report report =

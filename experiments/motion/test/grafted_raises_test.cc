@@ -81,7 +81,7 @@ TEST(Graft, FindsTheHighestHand) {
 
 TEST(Graft, ComposesWalksWithRaises) {
   const auto clips = shared_data("data/mocap/bandai_nc");
-  if (!std::filesystem::exists(clips)) GTEST_SKIP() << clips << " is absent";
+  if (!std::filesystem::exists(clips)) GTEST_SKIP() << "not here: " << clips << " is absent";
   const GraftedSet set = walks_with_raises(clips);
   const Index rows = set.trials.rows_per_trial();
   ASSERT_EQ(static_cast<Index>(set.trials.trials.size()), set.walks + 12);

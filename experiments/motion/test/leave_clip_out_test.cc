@@ -76,7 +76,7 @@ std::map<std::string, Score> leave_clips_out(const mocap::Trials& all, int sourc
 }
 
 TEST(LeaveClipOut, MapsBeatTheNearestAndTheMeanTrial) {
-  if (testing::shared_folder().empty()) GTEST_SKIP() << "no shared folder";
+  if (testing::shared_folder().empty()) GTEST_SKIP() << "not here: no shared folder";
   const mocap::Trials all = testing::gait_set("A", "07_");
   ASSERT_EQ(all.trials.size(), 14u);
   for (const mocap::Trial& t : all.trials) {

@@ -31,7 +31,7 @@ double clock_ms() {
 void frame_to_symbols(benchmark::State& state) {
   const bool stereo = state.range(0) == 2;
   camera::Picture usual;
-  usual.script.lesson = {camera::Grip::full, camera::Transport::below, camera::Goal::low};
+  usual.script.demonstration = {task::Grip::full, task::Transport::below, task::Goal::low};
   Shown shown(camera::random_scene(usual, kSeed));
   const auto fresh = [&] {
     if (stereo) return watcher_for(shown, kSeed);
@@ -66,8 +66,8 @@ void frame_to_symbols(benchmark::State& state) {
   state.counters["clock_p99_ms"] = quantile(clock, 0.99);
   state.counters["clock_max_ms"] = quantile(clock, 1.0);
   const vision::ActionRecognizer& told = watcher.action();
-  if (told.grip().value != vision::Grip::full ||
-      told.transport().value != vision::Transport::below || told.goal().value != vision::Goal::low)
+  if (told.grip().value != task::Grip::full || told.transport().value != task::Transport::below ||
+      told.goal().value != task::Goal::low)
     state.SkipWithError("the symbols are wrong");
 }
 BENCHMARK(frame_to_symbols)

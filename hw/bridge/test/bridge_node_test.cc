@@ -21,7 +21,7 @@ using Time = runtime::Time;
 
 class Node : public ::testing::Test {
  protected:
-  explicit Node(const BridgeParams& params = {.arming = "auto", .log_frames = true}) {
+  explicit Node(const BridgeParams& params = {.enable = "auto", .log_frames = true}) {
     for (Eigen::Index i = 0; i < model.dof(); ++i) {
       drives.push_back({.axis = {.node_id = static_cast<int>(i) + 1}, .home_rad = model.home[i]});
       target.push_back(model.home[i]);
@@ -41,7 +41,7 @@ class Node : public ::testing::Test {
         plant.step(0.01, server->exchange(plant.input()), 0.5);
     }
     if (auto s = graph.take_last<v1::BridgeStatus>("status")) status = *s;
-    if (auto s = graph.take_last<v1::JointState>("arm")) arm = *s;
+    if (auto s = graph.take_last<v1::JointState>("joint_states")) arm = *s;
     if (auto s = graph.take_last<v1::HandState>("hand")) hand = *s;
   }
 
@@ -153,24 +153,24 @@ struct ArmedByService : Node {
 TEST_F(ArmedByService, MovesNothingBefore) {
   run(1s);
   EXPECT_EQ(status.state(), "idle");
-  EXPECT_EQ(status.reason(), "not armed (service bridge/arm)");
-  EXPECT_FALSE(status.armed());
-  EXPECT_EQ(ask("arm"), "");
+  EXPECT_EQ(status.reason(), "not enabled (service bridge/enable)");
+  EXPECT_FALSE(status.enabled());
+  EXPECT_EQ(ask("enable"), "");
   run(300ms);
   EXPECT_EQ(status.state(), "following") << status.reason();
-  EXPECT_TRUE(status.armed());
-  EXPECT_EQ(ask("disarm"), "");
+  EXPECT_TRUE(status.enabled());
+  EXPECT_EQ(ask("disable"), "");
   run(500ms);
   EXPECT_EQ(status.state(), "idle") << status.reason();
   rack->drives()[1].inject(sim::Trouble::overcurrent);
   run(100ms);
-  EXPECT_NE(ask("arm").find("A2 (node 2): expected switch on disabled, is fault"),
+  EXPECT_NE(ask("enable").find("A2 (node 2): expected switch on disabled, is fault"),
             std::string::npos)
-      << ask("arm");
+      << ask("enable");
 }
 
 BridgeParams with_stop_input() {
-  BridgeParams params{.arming = "auto"};
+  BridgeParams params{.enable = "auto"};
   for (int i = 1; i <= 7; ++i) params.axes.push_back({.node_id = i, .stop_bit = i == 5 ? 3 : -1});
   return params;
 }
@@ -244,7 +244,7 @@ TEST_F(Node, ClosesTheHandOnTheObject) {
 }
 
 struct WithHand : Node, ::testing::WithParamInterface<const char*> {
-  WithHand() : Node({.on_hand_fault = GetParam(), .arming = "auto"}) {}
+  WithHand() : Node({.on_hand_fault = GetParam(), .enable = "auto"}) {}
 };
 
 /// A hand that dies in the middle of a grip: the arm stops, or goes on, as configured.
@@ -344,7 +344,7 @@ TEST(ActuatorsOfAnotherKind, AreObeyedGatedAndStopped) {
     return std::make_unique<Puppet>(request.joints, strings);
   });
   const std::string robot = robot_with(graph, "drives", "puppet");
-  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
+  BridgeNode node({.robot = robot, .hand = "", .enable = "auto"}, graph);
   const Eigen::VectorXd home = load_joints(robot).home;
   Time now = 1s;
   EXPECT_EQ(stream_at(home, 20, node, graph, now), "following");
@@ -360,7 +360,7 @@ TEST(ActuatorsOfAnotherKind, AreObeyedGatedAndStopped) {
 TEST(ActuatorsOfAnotherKind, MayBePerfect) {
   testing::Loopback graph;
   const std::string robot = robot_with(graph, "drives", "perfect");
-  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
+  BridgeNode node({.robot = robot, .hand = "", .enable = "auto"}, graph);
   Eigen::VectorXd target = load_joints(robot).home;
   Time now = 1s;
   EXPECT_EQ(stream_at(target, 20, node, graph, now), "following");
@@ -369,7 +369,7 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
     stream_at(target, 1, node, graph, now);
   }
   stream_at(target, 50, node, graph, now);
-  const auto state = graph.take_last<v1::JointState>("arm");
+  const auto state = graph.take_last<v1::JointState>("joint_states");
   ASSERT_TRUE(state.has_value());
   EXPECT_NEAR(state->position_rad(1), target[1], 1e-9);
   EXPECT_TRUE(state->operational());
@@ -378,7 +378,7 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
 TEST(ActuatorsOfAnotherKind, MayBePowerCubeModules) {
   testing::Loopback graph;
   const std::string robot = robot_with(graph, "drives", "powercube");
-  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
+  BridgeNode node({.robot = robot, .hand = "", .enable = "auto"}, graph);
   Eigen::VectorXd target = load_joints(robot).home;
   const auto bus = can::open("embedded:arm", graph.directory());
   std::vector<sim::Module> modules;
@@ -420,29 +420,6 @@ TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
   }
 }
 
-TEST(Announced, IsOnceWhatTheRobotsFileSaysOfItsJoints) {
-  testing::Loopback graph;
-  const std::string robot = robot_with(graph, "rate_hz", "250");
-  BridgeNode node({.robot = robot, .hand = "", .arming = "auto"}, graph);
-  node.step(1s);
-  const auto said = graph.take<v1::JointLimits>("limits");
-  ASSERT_TRUE(said.has_value());
-  EXPECT_EQ(said->robot(), robot);
-  EXPECT_EQ(said->rate_hz(), 250.0);
-  ASSERT_EQ(said->joints_size(), 7);
-  EXPECT_EQ(said->joints(6), "A7");
-  const auto row = [](const auto& field) {
-    return Eigen::VectorXd::Map(field.data(), field.size());
-  };
-  const kin::ArmModel file = model::load_arm(robot);
-  EXPECT_EQ(row(said->lower_rad()), file.q_min);
-  EXPECT_EQ(row(said->upper_rad()), file.q_max);
-  EXPECT_EQ(row(said->speed_rad_s()), file.v_max);
-  EXPECT_EQ(row(said->acceleration_rad_s2()), file.a_max);
-  node.step(1s + 4ms);
-  EXPECT_FALSE(graph.take<v1::JointLimits>("limits").has_value()) << "twice";
-}
-
 TEST_F(Node, BadConfigurationIsRefused) {
   const auto refusal = [&](const BridgeParams& wrong) -> std::string {
     testing::Loopback other;
@@ -455,7 +432,7 @@ TEST_F(Node, BadConfigurationIsRefused) {
   };
   EXPECT_NE(refusal({.robot = "nobody.yaml"}).find("nobody.yaml"), std::string::npos);
   EXPECT_EQ(refusal({.can = "can0"}),
-            "CAN bus 'can0': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP or "
+            "CAN bus 'can0': expected embedded:NAME, socketcan:INTERFACE or "
             "slcan:/dev/NAME");
   EXPECT_EQ(refusal({.hand = "hand"}),
             "Modbus 'hand': expected tcp:HOST:PORT, unix:NAME or rtu:/dev/NAME");

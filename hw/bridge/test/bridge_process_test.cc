@@ -63,12 +63,12 @@ class Robot : public ::testing::Test {
   }
   void start_drives() { start_node(drives, "sim_drives", {"--set", "bus=" + can_address()}); }
   void start_hand() { start_node(hand, "sim_hand", {}); }
-  void start_bridge(const std::string& setting = "arming=auto") {
+  void start_bridge(const std::string& setting = "enable=auto") {
     // Patience beyond the defaults: a busy machine must not stop the arm in a test about something
     // else.
     start_node(bridge, "bridge",
                {"--set", "can=" + can_address(), "--set", "silence_s=0.5", "--set",
-                "feedback_timeout_s=0.5", "--set", "arming=auto", "--set", setting, "--in",
+                "feedback_timeout_s=0.5", "--set", "enable=auto", "--set", setting, "--in",
                 "command=test/command", "--in", "hand_command=test/hand_command"});
     ASSERT_TRUE(wait_state("idle")) << bridge->errors();
     ASSERT_TRUE(peer.wait_subscriber(command));
@@ -115,14 +115,14 @@ class Robot : public ::testing::Test {
 
   TestGraph graph;
   TestNode peer{graph,
-                {{"truth", "sim_drives/arm"},
-                 {"arm", "bridge/arm"},
+                {{"truth", "sim_drives/joint_states"},
+                 {"joint_states", "bridge/joint_states"},
                  {"status", "bridge/status"},
                  {"hand", "bridge/hand"}},
                 {{"command", "test/command"}, {"hand_command", "test/hand_command"}},
                 "test",
                 in_lockstep() ? runtime::ClockKind::lockstep : runtime::ClockKind::wall};
-  runtime::Latest<v1::JointState> truth{peer.bus(), "truth"}, arm{peer.bus(), "arm"};
+  runtime::Latest<v1::JointState> truth{peer.bus(), "truth"}, arm{peer.bus(), "joint_states"};
   runtime::Latest<v1::BridgeStatus> status{peer.bus(), "status"};
   runtime::Latest<v1::HandState> hand_state{peer.bus(), "hand"};
   runtime::Out<v1::JointCommand> command{peer.bus(), "command"};
@@ -192,7 +192,7 @@ TEST_F(Robot, MovesTheHand) {
 
 /// It is reported within 0.5 s, and the arm stops if it is to.
 TEST_F(Robot, AHandThatFailsInTheMiddleOfAGrip) {
-  if (in_lockstep()) GTEST_SKIP() << "time waits for a hand";
+  if (in_lockstep()) GTEST_SKIP() << "no such case: time waits for a hand";
   for (const std::string way : {"dies", "stalls", "answers rubbish"}) {
     SCOPED_TRACE(way);
     start_hand();
@@ -272,7 +272,7 @@ TEST_F(Robot, DrivesStopThemselvesWhenTheBridgeIsKilled) {
 }
 
 TEST_F(Robot, DrivesStopThemselvesWhenTheBridgeHangs) {
-  if (in_lockstep()) GTEST_SKIP() << "time waits for a node that hangs";
+  if (in_lockstep()) GTEST_SKIP() << "no such case: time waits for a node that hangs";
   start_bridge();
   follow();
   ASSERT_TRUE(stream(swing, [&] { return truth.get()->position_rad(1) - start[1] > 0.05; }));

@@ -47,7 +47,7 @@ class Hardware {
 /// `steps` cycles of a stream that moves the second joint and closes the hand. `after` each step.
 Outputs run(testing::Loopback& graph, int steps, const std::function<void(runtime::Time)>& after) {
   const kin::ArmModel model = model::load_arm("lwr4.yaml");
-  BridgeNode node({.arming = "auto"}, graph);
+  BridgeNode node({.enable = "auto"}, graph);
   runtime::Time now = 1s;
   for (int k = 0; k < steps; ++k, now += 5ms) {
     v1::JointCommand command;

@@ -331,30 +331,30 @@ TEST_F(Gate, DoesNotAllocateWhileFollowing) {
 }
 
 TEST_F(Gate, ObeysOnlyArmedJoints) {
-  limits.arms_itself = false;
+  limits.enables_itself = false;
   gate = CommandGate(limits);
   const auto at_rest = [&] { return offer(0.0, 0.0); };
-  EXPECT_EQ(at_rest(), "not armed (service bridge/arm)");
+  EXPECT_EQ(at_rest(), "not enabled (service bridge/enable)");
   EXPECT_EQ(gate.decide(now, arm).mode, Mode::idle);
   arm.joints[1] = {.drive = DriveState::fault, .statusword = 0x218};
   EXPECT_EQ(
-      gate.arm(arm),
+      gate.enable(arm),
       "A2: expected a drive without fault whose position is known, is fault (statusword 0x0218)");
-  EXPECT_FALSE(gate.armed());
+  EXPECT_FALSE(gate.enabled());
   arm.joints[1] = arm.joints[0];
-  EXPECT_EQ(gate.arm(arm), "");
+  EXPECT_EQ(gate.enable(arm), "");
   EXPECT_EQ(at_rest(), "");
   EXPECT_EQ(gate.decide(now, arm).mode, Mode::follow);
   arm.phase = Phase::fault;
   arm.reason = "A1 (node 1): too hot";
   EXPECT_EQ(gate.decide(now, arm).mode, Mode::idle);
-  EXPECT_FALSE(gate.armed()) << "a fault ends it";
-  EXPECT_EQ(gate.arm(arm), "A1 (node 1): too hot");
+  EXPECT_FALSE(gate.enabled()) << "a fault ends it";
+  EXPECT_EQ(gate.enable(arm), "A1 (node 1): too hot");
   arm.phase = Phase::idle;
   now += 200ms;
   gate.decide(now, arm);
-  EXPECT_EQ(at_rest(), "not armed (service bridge/arm)");
-  EXPECT_EQ(gate.arm(arm), "");
+  EXPECT_EQ(at_rest(), "not enabled (service bridge/enable)");
+  EXPECT_EQ(gate.enable(arm), "");
   EXPECT_EQ(
       offer(0.5, 0.0),
       "A1 starts 0.500 rad from its actual position, allowed are 0.020; the drive is switch on "
@@ -364,9 +364,9 @@ TEST_F(Gate, ObeysOnlyArmedJoints) {
   gate.decide(now, arm);
   EXPECT_EQ(at_rest(), "");
   EXPECT_EQ(gate.decide(now, arm).mode, Mode::follow);
-  gate.disarm("no more");
+  gate.disable("no more");
   EXPECT_EQ(gate.decide(now, arm).mode, Mode::idle);
-  EXPECT_EQ(gate.reason(), "disarmed: no more");
+  EXPECT_EQ(gate.reason(), "disabled: no more");
 }
 
 TEST_F(Gate, AnEmergencyStopIsAQuickStopUntilItIsReleased) {
@@ -375,7 +375,7 @@ TEST_F(Gate, AnEmergencyStopIsAQuickStopUntilItIsReleased) {
   EXPECT_EQ(mode(), Mode::idle) << "in the same cycle, not along the path";
   EXPECT_EQ(gate.reason(), "emergency stop: somebody shouted");
   EXPECT_EQ(offer(0.0, 0.0), "emergency stop: somebody shouted");
-  EXPECT_EQ(gate.arm(arm),
+  EXPECT_EQ(gate.enable(arm),
             "emergency stop: somebody shouted: bridge/reset ends it, once it is released");
   gate.emergency_stop("again");
   EXPECT_EQ(gate.reason(), "emergency stop: somebody shouted") << "the first cause counts";

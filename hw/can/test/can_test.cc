@@ -201,7 +201,7 @@ TEST(EmbeddedBus, RejectsForeignDatagrams) {
 /// On the kernel's CAN: can_socketcan_test runs this in a guest.
 TEST(SocketCan, BringsWhatIsWantedWithItsTimeOfArrival) {
   const char* address = std::getenv("MIMESIS_TEST_CAN");
-  if (address == nullptr) GTEST_SKIP() << "MIMESIS_TEST_CAN names no interface";
+  if (address == nullptr) GTEST_SKIP() << "no such case: MIMESIS_TEST_CAN names no interface";
   auto a = open(address, ""), b = open(address, ""), all = open(address, "");
   b->want(std::array{Wanted{5, 0x7F}, Wanted{0x0A3, 0x7FF}});
   std::vector<Frame> sent;
@@ -257,10 +257,10 @@ std::string refusal(const std::string& address) {
 
 TEST(Open, SaysWhatIsWrongInOneLine) {
   EXPECT_EQ(refusal("usb:0"),
-            "CAN bus 'usb:0': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP or "
+            "CAN bus 'usb:0': expected embedded:NAME, socketcan:INTERFACE or "
             "slcan:/dev/NAME");
   EXPECT_EQ(refusal("embedded:"),
-            "CAN bus 'embedded:': expected embedded:NAME, socketcan:INTERFACE, udp_multicast:GROUP "
+            "CAN bus 'embedded:': expected embedded:NAME, socketcan:INTERFACE "
             "or slcan:/dev/NAME");
   const std::string missing = refusal("socketcan:nonesuch0");
   EXPECT_TRUE(missing == "CAN interface 'nonesuch0': no such interface" ||

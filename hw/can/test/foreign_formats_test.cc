@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "hw/can/multicast.h"
 #include "hw/can/slcan.h"
 
 namespace mimesis::hw::can {
@@ -20,65 +19,6 @@ Frame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> data, std::
   Frame f{.id = id, .length = static_cast<std::uint8_t>(data.size()), .flags = flags};
   std::copy(data.begin(), data.end(), f.data.begin());
   return f;
-}
-
-std::vector<std::uint8_t> bytes(std::string_view hex) {
-  std::vector<std::uint8_t> out;
-  for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
-    out.push_back(static_cast<std::uint8_t>(std::stoi(std::string(hex.substr(i, 2)), nullptr, 16)));
-  return out;
-}
-
-/// What stands between the values, the same in all messages.
-std::string packed(std::string_view id, std::string_view extended, std::string_view remote,
-                   std::string_view channel, std::string_view dlc, std::string_view data,
-                   std::string_view fd) {
-  std::string s = "8ba974696d657374616d70cb4000000000000000ae6172626974726174696f6e5f6964";
-  s.append(id).append("ae69735f657874656e6465645f6964").append(extended);
-  s.append("af69735f72656d6f74655f6672616d65").append(remote);
-  s.append("ae69735f6572726f725f6672616d65c2a76368616e6e656c").append(channel);
-  s.append("a3646c63").append(dlc).append("a464617461").append(data);
-  s.append("a569735f6664").append(fd).append("ae626974726174655f737769746368").append(fd);
-  return s + "b56572726f725f73746174655f696e64696361746f72c2";
-}
-
-TEST(Multicast, ReadsWhatPythonCanPacks) {
-  const auto classic = unpack(bytes(packed("cd0183", "c2", "c2", "c0", "03", "c403370201", "c2")));
-  EXPECT_EQ(classic, frame_of(0x183, {0x37, 2, 1}));
-  const auto fd = unpack(
-      bytes(packed("ce1abcdef0", "c3", "c2", "a178", "0c", "c40c000102030405060708090a0b", "c3")));
-  EXPECT_EQ(fd,
-            frame_of(0x1ABCDEF0 | kExtendedFlag, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, kFd | 1));
-  Frame remote{.id = 0x7F | kRemoteFlag, .length = 4};
-  EXPECT_EQ(unpack(bytes(packed("7f", "c2", "c3", "c0", "04", "c400", "c2"))), remote);
-}
-
-TEST(Multicast, RefusesWhatIsNoFrame) {
-  const std::string good = packed("cd0183", "c2", "c2", "c0", "03", "c403370201", "c2");
-  for (std::size_t cut = 0; cut < good.size(); cut += 2)
-    EXPECT_FALSE(unpack(bytes(good.substr(0, cut)))) << cut;
-  EXPECT_FALSE(unpack(bytes(packed("cd0800", "c2", "c2", "c0", "01", "c401aa", "c2"))))
-      << "11 bits";
-  EXPECT_FALSE(unpack(bytes(packed("01", "c2", "c2", "c0", "02", "c401aa", "c2")))) << "dlc";
-  EXPECT_FALSE(unpack(bytes(packed("01", "c2", "c2", "c0", "09", "c409000000000000000000", "c2"))))
-      << "nine bytes without FD";
-  EXPECT_FALSE(unpack(bytes(packed("01", "c2", "c2", "80", "01", "c401aa", "c2")))) << "a map";
-}
-
-TEST(Multicast, PacksWhatItReads) {
-  for (const Frame& f : {frame_of(0, {}), frame_of(0x7FF, {1, 2, 3, 4, 5, 6, 7, 8}),
-                         frame_of(0x12345 | kExtendedFlag, {9}), frame_of(5, {1, 2, 3}, kFd | 3),
-                         Frame{.id = kErrorFlag | kBusOff, .length = 8}}) {
-    std::string out;
-    pack(f, 2.0, out);
-    EXPECT_EQ(unpack({reinterpret_cast<const std::uint8_t*>(out.data()), out.size()}), f) << f.id;
-    EXPECT_LE(out.size(), kMulticastBytes);
-  }
-  std::string longest;
-  Frame f = frame_of(1, {}, kFd);
-  f.length = 64;
-  pack(f, 0.0, longest);
-  EXPECT_LE(longest.size(), kMulticastBytes);
 }
 
 std::string line(const Frame& f) {

@@ -14,7 +14,6 @@
 #include <string_view>
 #include <utility>
 
-#include "hw/can/multicast.h"
 #include "hw/can/slcan.h"
 #include "hw/cia402/axis_master.h"
 #include "hw/cia402/sdo_transfer.h"
@@ -158,16 +157,7 @@ void powercube_module(std::span<const std::uint8_t> bytes) {
   }
 }
 
-/// What is read may be written, and reads the same.
-void multicast(std::span<const std::uint8_t> bytes) {
-  const auto frame = can::unpack(bytes);
-  if (!frame) return;
-  std::string out;
-  can::pack(*frame, 0.0, out);
-  demand(out.size() <= can::kMulticastBytes);
-  demand(can::unpack({reinterpret_cast<const std::uint8_t*>(out.data()), out.size()}) == frame);
-}
-
+/// Whatever can be read can be written, and then reads the same.
 void slcan(std::span<const std::uint8_t> bytes) {
   const auto frame = can::from_line({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   if (!frame) return;
@@ -179,14 +169,13 @@ void slcan(std::span<const std::uint8_t> bytes) {
 }
 
 using Codec = void (*)(std::span<const std::uint8_t>);
-constexpr std::array<std::pair<std::string_view, Codec>, 9> kCodecs{
+constexpr std::array<std::pair<std::string_view, Codec>, 8> kCodecs{
     {{"master", master},
      {"client", client},
      {"drive", drive},
      {"hand", hand},
      {"powercube", powercube_answers},
      {"module", powercube_module},
-     {"multicast", multicast},
      {"slcan", slcan},
      {"setup", setup}}};
 

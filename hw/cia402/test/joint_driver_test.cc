@@ -278,7 +278,7 @@ TEST_F(Bench, ThreeUnansweredSyncsOfTwentyAreALostDrive) {
   }
 }
 
-/// What the others are told when one is lost needs no frame for each and no SYNC.
+/// When one drive is lost, the others stop without a frame for each and without SYNC.
 TEST_F(Bench, ALostDriveHaltsTheOthersByOneFrame) {
   enable();
   rack->drives()[2].inject(sim::Trouble::mute);
@@ -376,7 +376,7 @@ TEST_F(Bench, LimitsWhateverIsAsked) {
   EXPECT_NEAR(reading().joints[2].position_rad, 2.0, 1e-3) << "at the joint's end";
 }
 
-/// Of every ten cycles the machine leaves out three.
+/// The machine skips three of every ten cycles.
 TEST_F(Bench, CyclesThatAreLeftOutAreNoJerks) {
   goes_on = 4;
   enable();

@@ -78,7 +78,7 @@ TEST_F(Stubborn, ObjectsThatMayNot) {
   }
 }
 
-/// What may not be written may be as wanted all the same.
+/// An object that cannot be written may already have the wanted value.
 TEST_F(Stubborn, ReadOnlyObjectsAreRead) {
   config.fixed = {0x605A'00, 0x1029'01};  // 605Ah: 2, as wanted
   EXPECT_EQ(run(config), Phase::following) << reason();

@@ -20,14 +20,7 @@ struct HeadCameraSettings {
   template <class Visitor>
   void visit(Visitor& v) {
     v("rate_hz", rate_hz, 1.0, 200.0);
-    v("delay_s", delay_s, 0.0, 0.3);
     v("noise_m", noise_m, 0.0, 0.1);
-    v("ahead_m", ahead_m, -1.0, 1.0);
-    v("above_m", above_m, -1.0, 1.0);
-    v("down_rad", down_rad, -1.5, 1.5);
-    v("half_width_rad", half_width_rad, 0.01, 1.5);
-    v("half_height_rad", half_height_rad, 0.01, 1.5);
-    v("hand_radius_m", hand_radius_m, 0.0, 0.5);
   }
 };
 

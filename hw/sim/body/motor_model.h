@@ -18,7 +18,7 @@ struct MotorModel {
   double lower_rad = 0.0, upper_rad = 0.0;
 };
 
-/// Of all joints [docs/walking.md 7.3].
+/// One model per joint, in the order of the joints [docs/walking.md 7.3].
 std::vector<MotorModel> motor_models(const robot::Biped& biped, const BodyOptions& options);
 
 }  // namespace mimesis::hw::sim

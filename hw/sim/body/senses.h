@@ -47,10 +47,10 @@ struct Senses {
 };
 
 inline constexpr Senses kExactSenses{};
-/// What a lab has. The IMU is a calibrated industrial MEMS module. Noise of the Xsens MTi-1 series:
-/// 0.007 °/s/√Hz over 255 Hz, 120 µg/√Hz over 324 Hz. Its data sheet gives the stability of the
-/// biases in a run only, so biases are those left by a calibration: 5 mg as x-io states for its
-/// x-IMU3, and 0.5 °/s, a generous bound of a gyro's turn-on bias.
+/// Typical sensors of a lab. The IMU is a calibrated industrial MEMS module. Noise of the Xsens
+/// MTi-1 series: 0.007 °/s/√Hz over 255 Hz, 120 µg/√Hz over 324 Hz. Its data sheet gives the
+/// stability of the biases in a run only, so biases are those left by a calibration: 5 mg as x-io
+/// states for its x-IMU3, and 0.5 °/s, a generous bound of a gyro's turn-on bias.
 inline constexpr Senses kRealSenses{.imu_tilt_rad = 0.005,
                                     .gyro_bias_rad_s = 0.0087,
                                     .gyro_noise_rad_s = 0.002,

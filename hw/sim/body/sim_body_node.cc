@@ -56,7 +56,7 @@ void to_proto(const Collisions& collisions, v1::BodyCollisions& out) {
   out.set_deepest_between(collisions.deepest_between);
 }
 
-void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::BodyTruth& out) {
+void to_proto(const BodyTruth& truth, v1::BodyTruth& out) {
   set(out.mutable_position_pelvis_in_world_m(), truth.X_WB.translation());
   set(out.mutable_world_from_pelvis(), Eigen::Quaterniond(truth.X_WB.linear()));
   set(out.mutable_com_in_world_m(), truth.com_W_m);
@@ -79,7 +79,6 @@ void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::Bod
     out.add_ankle_pitch_n_m(truth.ankle_pitch_n_m[i]);
     set(out.add_hands_in_world_m(), truth.hand_W_m[i]);
   }
-  out.mutable_torque_n_m()->Assign(torque_n_m.begin(), torque_n_m.end());
   out.set_fell(truth.fell);
   out.set_how(truth.how);
   if (truth.self.steps > 0) to_proto(truth.self, *out.mutable_self_collisions());
@@ -88,8 +87,6 @@ void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::Bod
 
 void to_proto(const DrawerNow& drawer, v1::DrawerState& out) {
   set(out.mutable_front_in_world_m(), drawer.front_W_m);
-  set(out.mutable_handle_in_world_m(), drawer.handle_W_m);
-  set(out.mutable_object_in_world_m(), drawer.object_W_m);
   out.set_opened_m(drawer.opened_m);
   out.set_held(drawer.held);
   out.set_taken(drawer.taken);
@@ -137,7 +134,7 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       judge_({.settle_s = params.settle_s, .time_limit_s = params.time_limit_s}, bus),
       sensors_(bus, "sensors"),
       truth_(bus, "truth"),
-      arm_(bus, "arm"),
+      arm_(bus, "joint_states"),
       drawer_state_(bus, "drawer"),
       sight_(bus, "sight"),
       touch_(bus, "touch"),
@@ -280,7 +277,7 @@ void SimBodyNode::step(runtime::Time now) {
 void SimBodyNode::publish(runtime::Time now) {
   to_proto(world_.sensors(), sensors_message_);
   sensors_.send(sensors_message_, now);
-  to_proto(world_.truth(), world_.sensors().torque, truth_message_);
+  to_proto(world_.truth(), truth_message_);
   truth_.send(truth_message_, now);
 
   arm_message_.Clear();

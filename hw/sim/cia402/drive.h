@@ -17,7 +17,7 @@
 
 namespace mimesis::hw::sim {
 
-/// What may happen to a drive. Numbers are those of object 2F00h:01.
+/// Faults of a drive. Numbers are those of object 2F00h:01.
 enum class Trouble : std::uint8_t {
   overcurrent = 1,       ///< the drive finds an error: fault
   mute = 2,              ///< its bus cable is cut: it neither receives nor sends

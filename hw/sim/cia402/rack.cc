@@ -21,7 +21,7 @@ void Rack::move(Time now) {
   for (Drive& drive : drives_) drive.move(now, outbox_);
 }
 
-/// What has arrived; of a flood the rest waits for the next step.
+/// Frames that have arrived, at most so many: the rest of a flood waits for the next step.
 void Rack::receive() {
   constexpr std::size_t kAtOnce = 256, kMost = 16 * kAtOnce;
   std::size_t count = kAtOnce, filled = 0;

@@ -10,7 +10,7 @@
 
 namespace mimesis::hw::sim {
 
-/// What a slave tells the device above it.
+/// Callbacks of a slave to the device above it.
 enum class Event : std::uint8_t {
   none,
   sync,             ///< set-points are in the dictionary; answer with send_synchronous()
@@ -57,7 +57,6 @@ class Slave {
     Time since{};
   };
 
-  void add_pdo(int n);
   void reset_communication();
   void learn_identifiers();
   Event on_nmt(const can::Frame& frame, Frames& out);

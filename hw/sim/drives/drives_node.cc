@@ -10,7 +10,7 @@
 namespace mimesis::hw::sim {
 namespace {
 
-/// What the bridge takes for the truth, or what stands in the parameters.
+/// The values that the bridge assumes, unless parameters say others.
 Machine machine_of(const DrivesParams& p) {
   if (!p.machine.empty()) {
     if (!p.axes.empty())
@@ -46,7 +46,7 @@ double DrivesParams::robot_rate_hz() const {
 }
 
 DrivesNode::DrivesNode(const Params& params, runtime::Bus& bus)
-    : params_(params), arm_(bus, "arm") {
+    : params_(params), arm_(bus, "joint_states") {
   const Machine machine = machine_of(params);
   if (params.fault_axis > machine.joints.count()) {
     throw ConfigError("fault_axis: " + std::to_string(params.fault_axis) + ", the robot has " +

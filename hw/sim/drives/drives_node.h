@@ -36,11 +36,6 @@ struct DrivesParams {
     v("bus", bus);
     v.file("robot", robot, "arm");
     v.file("machine", machine, "machine");
-    v("v_margin", v_margin, 0.1, 10.0);
-    v("a_margin", a_margin, 0.1, 10.0);
-    v("bandwidth_rad_s", bandwidth_rad_s, 1.0, 1000.0);
-    v("following_window_rad", following_window_rad, 0.001, 3.0);
-    v("following_time_s", following_time_s, 0.001, 10.0);
     v("fault_axis", fault_axis, 0, 126);
     v("fault_at_s", fault_at_s, 0.0, 1e6);
     v("fault_kind", fault_kind, {"overcurrent", "mute", "jam"});

@@ -19,7 +19,7 @@ v1::DriveState drive_state(std::uint32_t state) {
 double PowercubeParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
 
 PowercubeNode::PowercubeNode(const Params& params, runtime::Bus& bus)
-    : bus_(outside::open_can(params.bus, bus)), inbox_(256), arm_(bus, "arm") {
+    : bus_(outside::open_can(params.bus, bus)), inbox_(256), arm_(bus, "joint_states") {
   const kin::ArmModel model = model::load_arm(params.robot);
   axes_ = cia402::complete(params.axes, model.dof());
   for (Eigen::Index i = 0; i < model.dof(); ++i) {

@@ -25,8 +25,6 @@ struct PowercubeParams {
     v("offset_s", offset_s, 0.0, 1.0);
     v("bus", bus);
     v.file("robot", robot, "arm");
-    v("v_margin", v_margin, 0.1, 10.0);
-    v("watchdog_s", watchdog_s, 0.01, 10.0);
     v("homed", homed);
     runtime::list(v, "axes", axes);
   }

@@ -55,7 +55,8 @@ GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isomet
                            const Cylinder& object) {
   GraspContact contact;
   contact.closure = 1.0 - 2.0 * object.radius / hand.aperture;
-  if (grip == Grip::none || contact.closure < 0.0 || tilt(object) > hand.max_tilt) return contact;
+  if (grip == Grip::unknown || contact.closure < 0.0 || tilt(object) > hand.max_tilt)
+    return contact;
   const Eigen::Isometry3d X_EO = X_WE.inverse() * object.X_WO;
   contact.reachable =
       grip == Grip::precision ? from_above(hand, X_EO, object) : from_the_side(hand, X_EO, object);

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <string>
 
+#include "common/task/symbols.h"
 #include "hw/sim/world/collisions.h"
 
 namespace mimesis::world {
@@ -12,7 +13,7 @@ inline std::string millimetres(double m) {
   return std::to_string(tenths / 10) + "." + std::to_string(std::labs(tenths % 10)) + " mm";
 }
 
-enum class Grip { none, precision, full };
+using task::Grip;
 
 /// The open hand around frame E (z approach, x across the fingers), as the arm's safety balls draw
 /// it.
@@ -109,7 +110,7 @@ Verdict judge(const TaskEnd& end, const ObjectModel& object,
               const std::vector<kin::GoalPlace>& goals);
 
 struct Hand {
-  Grip grip = Grip::none;
+  Grip grip = Grip::unknown;
   double closure = 0.0;  ///< 0 open .. 1 closed [1]
 };
 

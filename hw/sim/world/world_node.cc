@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "common/model/files.h"
+#include "common/model/task_message.h"
 #include "common/model/viewer.h"
 #include "hw/sim/world/random_table.h"
 
@@ -10,9 +11,9 @@ namespace mimesis::world {
 namespace {
 
 kin::Table table_for(const WorldParams& params, const kin::ArmModel& arm) {
-  std::optional<double> bridge_height;
-  if (params.bridge_height_m > 0.0) bridge_height = params.bridge_height_m;
-  kin::Table table = model::load_table(params.table, bridge_height);
+  std::optional<double> bar_height;
+  if (params.bar_height_m > 0.0) bar_height = params.bar_height_m;
+  kin::Table table = model::load_table(params.table, bar_height);
   if (params.scene == "random")
     table = random_table(arm, table, static_cast<std::uint64_t>(params.seed));
   table.object.head<2>() += Eigen::Vector2d::Map(params.object_offset_m.data());
@@ -24,16 +25,6 @@ kin::Table table_for(const WorldParams& params, const kin::ArmModel& arm) {
   return table;
 }
 
-Grip grip_of(v1::Grip grip) {
-  if (grip == v1::GRIP_PRECISION) return Grip::precision;
-  return grip == v1::GRIP_FULL ? Grip::full : Grip::none;
-}
-
-std::string name_of(v1::Goal goal) {
-  if (goal == v1::GOAL_HIGH) return "high";
-  return goal == v1::GOAL_LOW ? "low" : "";
-}
-
 }  // namespace
 
 WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
@@ -41,7 +32,7 @@ WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
       arm_model_(model::load_arm(params.robot)),
       table_(table_for(params, arm_model_)),
       world_(arm_model_, table_),
-      arm_(bus, "arm"),
+      arm_(bus, "joint_states"),
       hand_(bus, "hand"),
       task_(bus, "task"),
       scene_(bus, "scene", {.latched = true}),
@@ -87,7 +78,7 @@ void WorldNode::read_posture() {
   const bool right_size = arm->position_rad_size() == arm_model_.dof();
   if (right_size) q_ = Eigen::VectorXd::Map(arm->position_rad().data(), arm_model_.dof());
   if (!right_size && !wrong_size_reported_) {
-    runtime::error("input arm: {} positions, expected {} ({})", arm->position_rad_size(),
+    runtime::error("input joint_states: {} positions, expected {} ({})", arm->position_rad_size(),
                    arm_model_.dof(), params_.robot);
   }
   wrong_size_reported_ = !right_size;
@@ -97,7 +88,7 @@ void WorldNode::read_posture() {
 Hand WorldNode::read_hand() {
   const v1::HandState* hand = hand_.get();
   if (hand == nullptr) return {};
-  return {grip_of(hand->grip()), hand->closure()};
+  return {model::from_proto(hand->grip()), hand->closure()};
 }
 
 bool WorldNode::inputs_fresh(runtime::Time now) {
@@ -112,7 +103,10 @@ void WorldNode::follow_task(runtime::Time now) {
     if (status->goal() != v1::GOAL_UNSPECIFIED) goal_ = status->goal();
     if (done || failed) {
       if (!task_ended_) task_ended_ = now;
-      task_end_ = {done, name_of(goal_), status->reason()};
+      task_end_ = {
+          done,
+          goal_ == v1::GOAL_UNSPECIFIED ? "" : std::string(task::word(model::from_proto(goal_))),
+          status->reason()};
     } else if (status->state() != v1::TASK_STATE_IDLE) {
       task_ended_.reset();  // the planner tries again
     }

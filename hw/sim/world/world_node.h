@@ -17,11 +17,11 @@
 namespace mimesis::world {
 
 struct WorldParams {
-  double rate_hz = 100.0;                   ///< step rate [Hz]
-  double offset_s = 0.0;                    ///< time of the first step within the period [s]
-  std::string robot = "lwr4.yaml";          ///< arm, in models/
-  std::string table = "bridge_table.yaml";  ///< table, in models/
-  double bridge_height_m = 0.0;       ///< lower edge of the bar above the table; 0: the file's [m]
+  double rate_hz = 100.0;                ///< step rate [Hz]
+  double offset_s = 0.0;                 ///< time of the first step within the period [s]
+  std::string robot = "lwr4.yaml";       ///< arm, in models/
+  std::string table = "bar_table.yaml";  ///< table, in models/
+  double bar_height_m = 0.0;          ///< lower edge of the bar above the table; 0: the file's [m]
   std::string goal_blocked = "none";  ///< puts a box on that goal: none, high or low
   std::vector<double> object_offset_m{
       0.0, 0.0};                ///< moves the object from its place in the file, x y [m]
@@ -36,7 +36,7 @@ struct WorldParams {
     v("offset_s", offset_s, 0.0, 1.0);
     v.file("robot", robot, "arm");
     v.file("table", table, "table");
-    v("bridge_height_m", bridge_height_m, 0.0, 2.0);
+    v("bar_height_m", bar_height_m, 0.0, 2.0);
     v("goal_blocked", goal_blocked, {"none", "high", "low"});
     v("object_offset_m", object_offset_m, -0.02, 0.02, 2);
     v("scene", scene, {"usual", "random"});

@@ -84,8 +84,8 @@ TEST(CameraNode, RefusesBadParametersWithTheirKey) {
   EXPECT_NE(why(p).find("/no/such/folder"), std::string::npos);
   p = {};
   p.teacher = "precision,below,low";
-  p.picture.table.bridge_height_m = 0.14;
-  EXPECT_EQ(why(p).rfind("bridge_height_m: ", 0), 0u);
+  p.picture.table.bar_height_m = 0.14;
+  EXPECT_EQ(why(p).rfind("bar_height_m: ", 0), 0u);
 }
 
 TEST(CameraNode, TwoEyesTellCalibrationAndLessonOnceAndAreOfOneTime) {
@@ -137,13 +137,12 @@ TEST(CameraNode, ARandomSceneIsThatOfItsSeedWithALessonWithinItsImage) {
 
 TEST(RobotRenderer, SeesAllUnlessAStandIsBeforeTheObject) {
   const Eigen::Vector3d origin(0.52, 0.0, -0.01);
-  kin::Table table =
-      model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml");
+  kin::Table table = model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bar_table.yaml");
   image::View view;
   view.eye_m = {0.25, 0.95, 1.0};
   view.target_m = {0.0, 0.2, 0.0};
   EXPECT_TRUE(sees_all(table, origin, view));
-  // Of a camera far away behind the stand, the stand hides what is beyond its upper face.
+  // From a camera far away behind the stand, the stand hides what is beyond its upper face.
   kin::Table hidden = table;
   const Eigen::Vector3d toward = Eigen::Vector3d(1.52, 0.25, 0.94) - table.object;
   for (kin::Box& box : hidden.boxes) {
@@ -165,11 +164,11 @@ TEST(CameraNode, TheRobotsEyeSeesWhatTheWorldTells) {
   node.step(1s);
   EXPECT_FALSE(bus.take<foxglove::RawImage>("image"));  // the world is not known yet
   const kin::Table table =
-      model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml");
+      model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bar_table.yaml");
   bus.send("scene", model::to_proto(table), 1s);
   v1::JointState arm;
   for (const double q : model::load_arm(p.robot).home) arm.add_position_rad(q);
-  bus.send("arm", arm, 1s);
+  bus.send("joint_states", arm, 1s);
   const auto seen = [&](const Eigen::Vector3d& object, runtime::Time now) {
     v1::WorldState state;
     state.mutable_object_position_in_world_m()->set_x_m(object.x());

@@ -7,7 +7,7 @@
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
 #include "nodes/camera/camera_node.h"
-#include "nodes/camera/recorded_device_node.h"
+#include "nodes/camera/recorded_device.h"
 
 namespace mimesis::camera {
 namespace {

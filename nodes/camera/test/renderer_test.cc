@@ -9,70 +9,49 @@
 namespace mimesis::camera {
 namespace {
 
-Lesson combination(int k) {
+Demonstration combination(int k) {
   return {k & 4 ? Grip::full : Grip::precision, k & 2 ? Transport::below : Transport::above,
           k & 1 ? Goal::low : Goal::high};
 }
 
-std::string message_of(const std::string& teacher) {
-  try {
-    parse_lesson(teacher);
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return {};
-}
-
-TEST(Lesson, IsReadWordByWord) {
-  const Lesson a = parse_lesson("full, below,low");
-  EXPECT_EQ(a.grip, Grip::full);
-  EXPECT_EQ(a.transport, Transport::below);
-  EXPECT_EQ(a.goal, Goal::low);
-  EXPECT_EQ(message_of("precise,above,high"),
-            "teacher: 'precise,above,high': grip 'precise' is neither 'precision' nor 'full'");
-  EXPECT_NE(message_of("full,low").find("expected grip,transport,goal"), std::string::npos);
-  EXPECT_NE(message_of("full,below,low,fast"), "");
-  EXPECT_NE(message_of(""), "");
-}
-
-TEST(Lesson, IsRefusedWhereTheHandDoesNotFitBelowTheBridge) {
+TEST(Demonstration, IsRefusedWhereTheHandDoesNotFitBelowTheBar) {
   TeacherTable table;
-  table.bridge_height_m = 0.15;
+  table.bar_height_m = 0.15;
   EXPECT_THROW(check_passable({Grip::precision, Transport::below, Goal::low}, table), ConfigError);
   EXPECT_NO_THROW(check_passable({Grip::full, Transport::below, Goal::low}, table));
   EXPECT_NO_THROW(check_passable({Grip::precision, Transport::above, Goal::low}, table));
-  table.bridge_removed = true;
+  table.bar_removed = true;
   EXPECT_NO_THROW(check_passable({Grip::precision, Transport::below, Goal::low}, table));
 }
 
-class EveryLesson : public ::testing::TestWithParam<int> {};
+class EveryDemonstration : public ::testing::TestWithParam<int> {};
 
-TEST_P(EveryLesson, CarriesTheObjectPastTheBridgeOnTheRightSideToTheGoal) {
+TEST_P(EveryDemonstration, CarriesTheObjectPastTheBarOnTheRightSideToTheGoal) {
   const TeacherTable table;
   TeacherScript script;
-  script.lesson = combination(GetParam());
+  script.demonstration = combination(GetParam());
   const TeacherMotion motion(script, table);
   const double half = 0.5 * table.object_height_m;
   for (double t = 0.0; t < motion.end_s(); t += 0.005) {
     const TeacherPose pose = motion.pose(t);
     EXPECT_GT(pose.object.y(), half - 1e-9);  // never in the table
     if (std::abs(pose.object.x()) > 0.5 * table.bar_width_m + table.object_radius_m) continue;
-    if (script.lesson.transport == Transport::above) {
-      EXPECT_GT(pose.object.y() - half, table.bridge_height_m + table.bar_thickness_m);
+    if (script.demonstration.transport == Transport::above) {
+      EXPECT_GT(pose.object.y() - half, table.bar_height_m + table.bar_thickness_m);
     } else {
-      EXPECT_LT(pose.object.y() + half, table.bridge_height_m);
+      EXPECT_LT(pose.object.y() + half, table.bar_height_m);
     }
   }
   const TeacherPose end = motion.pose(motion.end_s() + 1.0);
-  const bool high = script.lesson.goal == Goal::high;
+  const bool high = script.demonstration.goal == Goal::high;
   EXPECT_NEAR(end.object.x(), high ? table.goal_high_x_m : table.goal_low_x_m, 1e-9);
   EXPECT_NEAR(end.object.y(), (high ? table.goal_high_y_m : table.goal_low_y_m) + half, 1e-9);
   EXPECT_LT(end.palm.x(), -0.6);  // withdrawn
 }
 
-TEST_P(EveryLesson, MovesWithoutJumps) {
+TEST_P(EveryDemonstration, MovesWithoutJumps) {
   TeacherScript script;
-  script.lesson = combination(GetParam());
+  script.demonstration = combination(GetParam());
   const TeacherMotion motion(script, TeacherTable{});
   constexpr double kStep = 0.002;
   Eigen::Vector3d wrist = motion.pose(0.0).wrist, object = motion.pose(0.0).object;
@@ -85,7 +64,7 @@ TEST_P(EveryLesson, MovesWithoutJumps) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, EveryLesson, ::testing::Range(0, 8));
+INSTANTIATE_TEST_SUITE_P(All, EveryDemonstration, ::testing::Range(0, 8));
 
 TEST(TeacherMotion, StaysAtTheObjectIfOnlyTheGraspIsShown) {
   TeacherScript script;

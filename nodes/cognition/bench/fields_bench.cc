@@ -1,4 +1,4 @@
-// Speed of eq. 2.1 and of the ladder of seven fields, on one core.
+// Speed of eq. 2.1 and of the network of seven fields, on one core.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
-#include "nodes/cognition/architecture_node.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/test/wired.h"
 #include "nodes/cognition/trial.h"
 
@@ -239,29 +239,32 @@ BENCHMARK(sliding_kernel<float>)->Name("peer/sliding_kernel/float")->Arg(101)->A
 BENCHMARK(sliding_kernel<double>)->Name("peer/sliding_kernel/double")->Arg(101)->Arg(128)->Arg(512);
 
 /// Seven fields, twelve links, which all learn if `learn`; all layers active. Items:
-/// ladder-steps/s.
+/// network-steps/s.
 template <class Real, bool learn, bool low_rank = false>
-void ladder_step(benchmark::State& state) {
-  Architecture architecture = learn || low_rank ? wired(load_architecture()) : load_architecture();
-  for (LinkSpec& link : architecture.links) {
+void network_step(benchmark::State& state) {
+  NetworkSpec spec = learn || low_rank ? wired(load_network()) : load_network();
+  for (LinkSpec& link : spec.links) {
     if (learn) link.form = "dense", link.learns = "success";
   }
-  for (FieldSpec& f : architecture.fields) f.params.neurons = static_cast<int>(state.range(0));
-  Ladder<Real> ladder(architecture);
-  const Demonstration shown = parse_sequence("precision,above,high,light");
-  rehearse(ladder, shown);
-  run_trial(ladder, {.shown = shown});
-  const Stimulus task = task_stimulus(architecture);
+  for (FieldSpec& f : spec.fields) f.params.neurons = static_cast<int>(state.range(0));
+  FieldNetwork<Real> network(spec);
+  const Demonstration shown = task::parse_demonstration("precision,above,high,light");
+  rehearse(network, shown);
+  run_trial(network, {.shown = shown});
+  const Stimulus task = task_stimulus(spec);
   for (auto _ : state) {
-    ladder.step(task, learn);
-    benchmark::DoNotOptimize(ladder.field(Layer::pf).activity().data());
+    network.step(task, learn);
+    benchmark::DoNotOptimize(network.field(Layer::pf).activity().data());
   }
   state.SetItemsProcessed(state.iterations());
 }
-BENCHMARK(ladder_step<float, false>)->Name("ladder_step/float")->Arg(128)->Arg(256);
-BENCHMARK(ladder_step<float, false, true>)->Name("ladder_step/low_rank/float")->Arg(128)->Arg(256);
-BENCHMARK(ladder_step<float, true>)->Name("ladder_step/learning/float")->Arg(128)->Arg(256);
-BENCHMARK(ladder_step<double, false>)->Name("ladder_step/double")->Arg(128);
+BENCHMARK(network_step<float, false>)->Name("network_step/float")->Arg(128)->Arg(256);
+BENCHMARK(network_step<float, false, true>)
+    ->Name("network_step/low_rank/float")
+    ->Arg(128)
+    ->Arg(256);
+BENCHMARK(network_step<float, true>)->Name("network_step/learning/float")->Arg(128)->Arg(256);
+BENCHMARK(network_step<double, false>)->Name("network_step/double")->Arg(128);
 
 }  // namespace
 }  // namespace mimesis::cognition

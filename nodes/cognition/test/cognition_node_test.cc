@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/testing/loopback.h"
-#include "nodes/cognition/links_node.h"
+#include "nodes/cognition/links_file.h"
 #include "nodes/cognition/test/files.h"
 
 namespace mimesis::cognition {
@@ -265,8 +265,8 @@ TEST(CognitionNode,
 }
 
 TEST(CognitionNode, SettlesOnWhatTheFieldsHoldWithoutInput) {
-  const ArchitectureFile slow("window_s: 0.6", "window_s: 1.2");
-  Rig rig({.architecture = slow.path});
+  const NetworkFile slow("window_s: 0.6", "window_s: 1.2");
+  Rig rig({.network = slow.path});
   rig.seen = kPreferred;
   rig.run(1100ms);  // stable long ago, but under input
   EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
@@ -390,7 +390,7 @@ TEST(CognitionNode, MeansThatContradictTheGoalGiveWay) {  // and without a plan 
 // Transient fields beside the seven [M18 eq. 2.6 to 2.8]: what was seen in order comes back in
 // order.
 TEST(CognitionNode, ASequenceThatWasSeenIsExpectedAgain) {
-  const ArchitectureFile file(
+  const NetworkFile file(
       "links:                           #",
       R"(  - {name: grasped, sites: [PG, FG], neurons: 64, resting_level: -2, threshold1: 0, excitation: 1.3, width: 3,
      inhibition: 0, decay: 0.6}
@@ -405,7 +405,7 @@ links:
                "  - {name: vision, into: placed, gain: 4}\n");
   const PassingFile links("links.json");
   CognitionParams params{.fields_hz = 100.0,
-                         .architecture = file.path,
+                         .network = file.path,
                          .save_links = links.path,
                          .imitator = {.order_s = 0.15, .patience_s = 0.5}};
   Rig robot(params);
@@ -531,15 +531,15 @@ TEST(CognitionNode, LinksOutliveTheProcess) {
   heir.run(3s);
   EXPECT_EQ(heir.decision().goal(), v1::GOAL_UNSPECIFIED);
 
-  Ladder<float> ladder(load_architecture());
-  load_links(file.path, ladder);
-  EXPECT_EQ(links_text(ladder) + "\n", learned) << "a weight changed on the way";
+  FieldNetwork<float> network(load_network());
+  load_links(file.path, network);
+  EXPECT_EQ(links_text(network) + "\n", learned) << "a weight changed on the way";
 }
 
 // Bundles of motions [M18 2.3.1]: over messages, and kept with the links.
 TEST(CognitionNode, ADecisionPreSelectsTheMotionsThatLedToSuccess) {
   const PassingFile file("links.json");
-  CognitionParams params{.architecture = "bundle_ladder.yaml", .save_links = file.path};
+  CognitionParams params{.network = "bundle_fields.yaml", .save_links = file.path};
   Rig rig(params);
   const auto planned = [&](const v1::Observation& seen, double joint_rad, bool success) {
     rig.show(seen);
@@ -578,9 +578,9 @@ TEST(CognitionNode, RefusesLinksThatDoNotFit) {
   const auto refused = [](const std::string& from, const std::string& to, const char* why,
                           const CognitionParams& given = {}) {
     const PassingFile file("links.json");
-    Ladder<float> ladder(load_architecture());
-    ladder.install("PF->PFC", kFgBt, 1);
-    ASSERT_EQ(save_links(file.path, links_text(ladder)), "");
+    FieldNetwork<float> network(load_network());
+    network.install("PF->PFC", kFgBt, 1);
+    ASSERT_EQ(save_links(file.path, links_text(network)), "");
     if (!from.empty()) file.replace(from, to);
     testing::Loopback bus;
     CognitionParams params = given;
@@ -595,8 +595,8 @@ TEST(CognitionNode, RefusesLinksThatDoNotFit) {
   };
   refused("\"version\":2", "\"version\":1", "is of version 1, expected 2");
   refused("mimesis-links", "other", "expected \"format\"");
-  const ArchitectureFile wide("field: {neurons: 128", "field: {neurons: 192");
-  refused("", "", "was learned with PF.neurons = 128, here it is 192", {.architecture = wide.path});
+  const NetworkFile wide("field: {neurons: 128", "field: {neurons: 192");
+  refused("", "", "was learned with PF.neurons = 128, here it is 192", {.network = wide.path});
   refused("\"inhibition\":1.0", "\"inhibition\":1.5", "PF.inhibition = 1.5");
   refused("PF->PFC", "PF->PFX", "PF->PFC");
   refused("\"PF->PFC\":[[", "\"PF->PFC\":[[2", "reaches beyond 128 x 128 neurons");

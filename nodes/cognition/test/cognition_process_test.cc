@@ -58,12 +58,12 @@ class Partner {
 };
 
 TEST(CognitionProcess, DecidesAndLearns) {
-  const ArchitectureFile quick("window_s: 2,", "window_s: 0.2,");
+  const NetworkFile quick("window_s: 2,", "window_s: 0.2,");
   TestGraph graph;
   Partner partner(graph);
   Process node(graph, kCognition,
                {"--in", "observation=test/observation", "--in", "task=test/task", "--set",
-                "architecture=" + quick.path, "--set", "practice=[]"});
+                "network=" + quick.path, "--set", "practice=[]"});
   partner.seen.set_grip(v1::GRIP_FULL);
   partner.seen.set_grip_confidence(std::nan(""));  // dropped at the port
   int messages = 0;
@@ -105,16 +105,16 @@ TEST(CognitionProcess, BadConfigurationExitsWith2AndNamesTheKey) {
     EXPECT_EQ(node.wait(), 2) << setting;
     EXPECT_NE(node.errors().find(what), std::string::npos) << node.errors();
   };
-  refused("architectur=a.yaml", "did you mean 'architecture'");
-  refused("architecture=/nowhere/ladder.yaml", "no such file");
+  refused("netwrk=a.yaml", "did you mean 'network'");
+  refused("network=/nowhere/network.yaml", "no such file");
   refused("practice=[\"full,below,middle\"]",
-          "cognition.practice[0]: 'full,below,middle': 'middle' is neither high nor low");
-  refused("goals=middle", "cognition.goals: 'middle' is neither high nor low\n");
+          "cognition.practice[0]: 'full,below,middle': 'middle' is neither 'high' nor 'low'");
+  refused("goals=middle", "cognition.goals: 'middle' is neither 'high' nor 'low'\n");
   refused("rate_hz=77", "cognition.rate_hz");
-  const ArchitectureFile weak("excitation: 2.4", "excitation: 0.5");
-  refused("architecture=" + weak.path, "self-sustained");
-  const ArchitectureFile renamed("name: PF,", "name: PX,");
-  refused("architecture=" + renamed.path, ":13:5: fields.2: a robot that imitates needs PF here");
+  const NetworkFile weak("excitation: 2.4", "excitation: 0.5");
+  refused("network=" + weak.path, "self-sustained");
+  const NetworkFile renamed("name: PF,", "name: PX,");
+  refused("network=" + renamed.path, ":13:5: fields.2: a robot that imitates needs PF here");
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/error.h"
-#include "nodes/cognition/composer_node.h"
-#include "nodes/cognition/ladder.h"
+#include "nodes/cognition/composer_file.h"
+#include "nodes/cognition/field_network.h"
 #include "nodes/cognition/test/files.h"
 
 namespace mimesis::cognition {
@@ -122,12 +122,12 @@ std::string json(const Theirs& t) {
 std::vector<double> imported(const Theirs& t, int on, int off) {
   const PassingFile file("composer.json");
   file.write(json(t));
-  Ladder<double> ladder(load_architecture(file.path));
-  Stimulus shown(ladder.architecture());
+  FieldNetwork<double> network(load_network(file.path));
+  Stimulus shown(network.spec());
   const Stimulus none = shown;
-  add_input(ladder.architecture(), "stimulus", 0, -1, 1.0, shown);
-  for (int k = 0; k < on + off; ++k) ladder.step(k < on ? shown : none);
-  const auto u = ladder.field(std::size_t{0}).activity();
+  add_input(network.spec(), "stimulus", 0, -1, 1.0, shown);
+  for (int k = 0; k < on + off; ++k) network.step(k < on ? shown : none);
+  const auto u = network.field(std::size_t{0}).activity();
   return {u.begin(), u.end()};
 }
 
@@ -260,16 +260,16 @@ TEST(Composer, FieldsAreLinkedByTheirKernels) {
      "amplitudeGlobal": 0, "circular": true, "normalized": true, "inputs": [["a", "output"]]},
     {"uniqueName": "s", "label": [2, "gauss stimulus"], "x_max": 50, "d_x": 0.5, "amplitude": 20, "width": 4,
      "position": 10, "circular": true, "normalized": false, "inputs": null}]})");
-  Ladder<double> ladder(load_architecture(file.path));
-  Stimulus shown(ladder.architecture());
-  add_input(ladder.architecture(), "stimulus", 0, -1, 1.0, shown);
-  for (int k = 0; k < 400; ++k) ladder.step(shown);
+  FieldNetwork<double> network(load_network(file.path));
+  Stimulus shown(network.spec());
+  add_input(network.spec(), "stimulus", 0, -1, 1.0, shown);
+  for (int k = 0; k < 400; ++k) network.step(shown);
   // Closed form: u_b = h + Σ w f(u_a), as nothing else reaches b.
   std::vector<double> w;
   double sum = 0.0;
   for (int d = -15; d <= 15; ++d) sum += std::exp(-d * d / 18.0);
-  const auto a = ladder.field(std::size_t{0}).activity(),
-             b = ladder.field(std::size_t{1}).activity();
+  const auto a = network.field(std::size_t{0}).activity(),
+             b = network.field(std::size_t{1}).activity();
   ASSERT_EQ(a.size(), 100U);
   EXPECT_NEAR(a[19], 15.0, 1e-6);  // position 10 is cell 20 of 1 .. 100
   for (int x = 0; x < 100; ++x) {
@@ -290,7 +290,7 @@ TEST(Composer, RefusesWhatItDoesNotRead) {
     file.write(json(good));
     file.replace(from, to);
     try {
-      const Ladder<double> ladder(load_architecture(file.path));
+      const FieldNetwork<double> network(load_network(file.path));
       ADD_FAILURE() << "accepted: " << to;
     } catch (const ConfigError& e) {
       const std::string line = e.what();

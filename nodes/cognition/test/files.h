@@ -8,7 +8,7 @@
 #include <string>
 
 #include "common/runtime/param_source.h"
-#include "nodes/cognition/architecture_node.h"
+#include "nodes/cognition/network_file.h"
 
 namespace mimesis::cognition {
 
@@ -33,10 +33,10 @@ struct PassingFile {
   }
 };
 
-/// The shipped ladder with one change.
-struct ArchitectureFile : PassingFile {
-  ArchitectureFile(const std::string& from, const std::string& to) : PassingFile("ladder.yaml") {
-    std::ifstream shipped(runtime::find_model_file(kBridgeLadder));
+/// The shipped network with one change.
+struct NetworkFile : PassingFile {
+  NetworkFile(const std::string& from, const std::string& to) : PassingFile("network.yaml") {
+    std::ifstream shipped(runtime::find_model_file(kBarFields));
     write({std::istreambuf_iterator<char>(shipped), {}});
     if (!from.empty()) replace(from, to);
   }

@@ -7,7 +7,7 @@
 
 #include "common/error.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/cognition/architecture_node.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -41,7 +41,7 @@ std::vector<Demonstration> goal_first(Grip g, Transport t, Goal goal) {
 // was seen first wins; by as little as in launch/imitation.yaml, the goal does.
 TEST(Imitator, TheOrderInWhichSymbolsAreSeenReachesTheFields) {
   for (const auto& [order_s, means_win] : {std::pair{0.0, false}, {0.005, false}, {0.3, true}}) {
-    Imitator robot({.order_s = order_s}, load_architecture());
+    Imitator robot({.order_s = order_s}, load_network());
     const Decision goal = shown(robot, goal_first(Grip::full, Transport::below, Goal::high));
     EXPECT_EQ(goal.grip, Grip::precision) << order_s;
     EXPECT_EQ(goal.transport, Transport::above) << order_s;
@@ -53,8 +53,8 @@ TEST(Imitator, TheOrderInWhichSymbolsAreSeenReachesTheFields) {
 }
 
 TEST(Imitator, ASmallLagChangesNoneOfTheEightDecisions) {
-  Imitator at_once({}, load_architecture());
-  Imitator in_turn({.order_s = 0.005}, load_architecture());
+  Imitator at_once({}, load_network());
+  Imitator in_turn({.order_s = 0.005}, load_network());
   for (const Grip g : {Grip::precision, Grip::full}) {
     for (const Transport t : {Transport::above, Transport::below}) {
       for (const Goal goal : {Goal::high, Goal::low}) {
@@ -67,7 +67,7 @@ TEST(Imitator, ASmallLagChangesNoneOfTheEightDecisions) {
 
 /// Time until PFC is active, for a goal of confidence 0.8 without means [s].
 double goal_onset_s(const std::vector<std::string>& goals, Goal goal, double confidence) {
-  Imitator robot({.goals = goals}, load_architecture());
+  Imitator robot({.goals = goals}, load_network());
   shown(robot, {{.goal = goal, .goal_confidence = confidence}});
   return robot.reasons().fields()[index(Layer::pfc)].onset_s;
 }
@@ -117,7 +117,7 @@ TEST(Imitator, GoalsHaveShares) {
                                              {"high=1.2"},
                                              {"high=nan"},
                                              {"high=0.7", "low=0.4"}}) {
-    EXPECT_THROW(Imitator({.goals = wrong}, load_architecture()), ConfigError) << wrong[0];
+    EXPECT_THROW(Imitator({.goals = wrong}, load_network()), ConfigError) << wrong[0];
   }
 }
 

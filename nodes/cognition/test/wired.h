@@ -1,13 +1,13 @@
 #pragma once
 #include <string>
 
-#include "nodes/cognition/architecture.h"
+#include "nodes/cognition/network_spec.h"
 
 namespace mimesis::cognition {
 
-/// The architecture with links of low rank, by pairs of sites, instead of those that babbling
+/// The spec with links of low rank, by pairs of sites, instead of those that babbling
 /// acquires. "PG" belongs to "PG-AT" and to "PG-BT".
-inline Architecture wired(Architecture a) {
+inline NetworkSpec wired(NetworkSpec a) {
   a.babbling.clear();
   for (LinkSpec& link : a.links) {
     if (link.learns != "babbling") continue;

@@ -81,7 +81,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kFar = 5.0;          // v/k that goals are away at least
 constexpr double kNear_rad = 0.3;     // phases to their leader, for a rate near α
 constexpr double kOnPath_rad = 1e-6;  // headings that are kept
-// Of exp(−x) Adams and Bashforth's method makes exp(−x + 5/12 x³) in a step: 98 % of this x.
+// In one step Adams and Bashforth's method turns exp(−x) into exp(−x + 5/12 x³): 98 % of this x.
 constexpr double kFollowed = 0.2;
 
 /// Derivative of sin Δ exp(−Δ²/2σ²), σ = 0: of sin Δ.

@@ -52,8 +52,8 @@ class TurnFit {
   void add(std::uint64_t agent, double t_s, double error);
   void restart();
 
-  /// Of turns of eight samples or more, once together they fell and grew by the factor e, or lasted
-  /// five seconds [1/s]; below zero they grow.
+  /// Rate [1/s] over turns of eight samples or more, once together they fell or grew by the factor
+  /// e, or lasted five seconds; below zero: the disorder grows.
   std::optional<double> rate_1_s() const;
 
  private:

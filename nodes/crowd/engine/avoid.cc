@@ -38,8 +38,8 @@ float steer(const Surroundings& around, const Steered& self, const SteerParams& 
 namespace {
 
 constexpr int kAround = 4;  // cells of a reach
-// Who is in a crowd steers by those who are near: by all in a square of cells that has so many in
-// it, or that holds the reach.
+// An agent in a crowd avoids the near ones only: all in the smallest square of cells that contains
+// so many agents or covers the reach.
 constexpr int kEnough = 32;
 constexpr float kObstacleDepth = 0.3F;  // an obstacle is felt as an agent that touches its surface
 

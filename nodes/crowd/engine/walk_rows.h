@@ -85,7 +85,7 @@ MIMESIS_PART void rates(const WalkField& f, Table& t, int row, int m, const Colu
     if (leader >= 0 && leader < m) rate[leader] = kept;
   }
   if (f.frequency_gain != 0.0) keep_by_frequency(f, t, row, m, ahead, rate);
-  // Who is far ahead waits: a gait does not go backwards, and rules II and IV need φ̇ >= 0
+  // An agent that is far ahead waits: a gait does not go backwards, and rules II and IV need φ̇ >= 0
   // [M18 4.4.2].
   for (int l = 0; l < m; ++l) rate[l] = rate[l] < 0.0 ? 0.0 : rate[l];
   for (int l = 0; l < m; ++l) length[l] = 0.0;

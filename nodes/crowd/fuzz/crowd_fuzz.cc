@@ -75,9 +75,9 @@ void run(std::string_view text) {
 }
 
 /// Coordinator 1 of two; the other one is present.
-class Told {
+class FuzzedNode {
  public:
-  Told() : file_(kFuzzScenario), node_(params(file_), bus_) {
+  FuzzedNode() : file_(kFuzzScenario), node_(params(file_), bus_) {
     v1::CrowdStates other;
     other.set_coordinator(2);
     other.set_hears(2);
@@ -134,19 +134,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       run(bytes);
       break;
     case 1:
-      Told().hear<v1::CrowdStates>("peers", bytes);
+      FuzzedNode().hear<v1::CrowdStates>("peers", bytes);
       break;
     case 2:
-      Told().hear<v1::CrowdHandover>("handovers", bytes);
+      FuzzedNode().hear<v1::CrowdHandover>("handovers", bytes);
       break;
     case 3:
-      Told().hear<v1::CrowdStates>("agents", bytes);
+      FuzzedNode().hear<v1::CrowdStates>("agents", bytes);
       break;
     case 4:
-      Told().hear<v1::MotionBatch>("characters", bytes);
+      FuzzedNode().hear<v1::MotionBatch>("characters", bytes);
       break;
     default:
-      Told().hear<v1::StyleWish>("style", bytes);
+      FuzzedNode().hear<v1::StyleWish>("style", bytes);
   }
   return 0;
 }

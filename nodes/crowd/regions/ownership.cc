@@ -12,7 +12,8 @@ Ownership::Ownership(const OwnershipSettings& settings, int agents, std::vector<
       entries_(static_cast<std::size_t>(agents) + 1),
       peers_(static_cast<std::size_t>(settings.coordinators)) {}
 
-/// Of two halves, the one with coordinator 0: any two majorities have a member in common.
+/// Half of the coordinators are a majority if coordinator 0 is among them: any two majorities have
+/// a member in common.
 bool Ownership::majority(int members, bool with_first) const {
   return 2 * members > settings_.coordinators ||
          (2 * members == settings_.coordinators && with_first);

@@ -77,7 +77,7 @@ struct NavigationParams {
   double keep_right_rad = 0.1;
 };
 
-/// What stands in the way of all.
+/// Obstacles of all agents.
 struct Pillar {
   Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
   double radius_m = 0.3;

@@ -116,7 +116,7 @@ class CrowdHosts : public ::testing::Test {
     if (const std::string why = Host::missing(); !why.empty()) GTEST_SKIP() << why;
     for (int c = 1; c <= coordinators; ++c) {
       hosts_.push_back(std::make_unique<Host>(c));
-      if (!hosts_.back()->made()) GTEST_SKIP() << "no address in a network namespace here";
+      if (!hosts_.back()->made()) GTEST_SKIP() << "not here: no address in a network namespace";
       for (int other = 1; other < c; ++other) {
         const std::string why = hosts_.back()->wire(host(other));
         if (!why.empty()) GTEST_SKIP() << why;

@@ -1,10 +1,11 @@
 // Messages that a coordinator must refuse, from any sender.
+#include "nodes/crowd/crowd_messages.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
-#include "nodes/crowd/crowd_messages_node.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
 #include "nodes/crowd/test/scenario_file.h"
 

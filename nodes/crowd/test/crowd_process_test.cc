@@ -82,7 +82,7 @@ struct Listener {
             certificate = *c;
             if (!c->voided().empty()) voided = c->voided();
           }
-          while (const auto s = states_in.pop()) step = s->step(), agents = s->id_size();
+          while (const auto s = states_in.pop()) step = s->header().seq(), agents = s->id_size();
           return status.externals_size() == 1 && status.externals(0).trust() == wanted;
         },
         30s);
@@ -90,7 +90,7 @@ struct Listener {
   bool until_step(std::uint64_t wanted) {
     return peer.until(
         [&] {
-          while (const auto s = states_in.pop()) step = s->step(), agents = s->id_size();
+          while (const auto s = states_in.pop()) step = s->header().seq(), agents = s->id_size();
           return step >= wanted;
         },
         30s);

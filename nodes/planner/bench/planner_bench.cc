@@ -19,7 +19,7 @@ namespace {
 /// Arm, table and roadmap of the demo.
 struct Demo {
   kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  kin::Table table = model::load_table("bridge_table.yaml");
+  kin::Table table = model::load_table("bar_table.yaml");
   Obstacles obstacles{table.balls, table.boxes, {}, {}};
   TaskSettings settings;
   Roadmap roadmap = prepare_roadmap(arm, table, settings);
@@ -31,7 +31,7 @@ const Demo& demo() {
   return one;
 }
 
-void posture(benchmark::State& state) {  // 22 balls against bridge and boxes, 111 own pairs
+void posture(benchmark::State& state) {  // 22 balls against bar and boxes, 111 own pairs
   const Demo& d = demo();
   CollisionChecker checker(d.arm, d.obstacles, d.settings.margin_m);
   Eigen::Index i = 0;
@@ -101,7 +101,7 @@ void wave(benchmark::State& state) {  // over the whole roadmap
 }
 BENCHMARK(wave);
 
-/// The demo's roadmap and its table with the bridge moved by 1 mm to the side in each round.
+/// The demo's roadmap and its table with the bar moved by 1 mm to the side in each round.
 struct Moved {
   Demo d = demo();
   std::vector<CollisionChecker> checkers;

@@ -51,8 +51,8 @@ double clearance(const kin::ArmModel& arm, const Obstacles& obstacles, const Eig
   return least;
 }
 
-Obstacles bridge() {
-  const auto table = model::load_table("bridge_table.yaml");
+Obstacles bar() {
+  const auto table = model::load_table("bar_table.yaml");
   return {table.balls, table.boxes, {}, {}};
 }
 
@@ -76,7 +76,7 @@ TEST(CollisionChecker, AgreesWithAllPairsOnRandomPostures) {
     auto arm = arm_named(name);
     arm.X_WB = Eigen::Translation3d(0.01, 0.02, 0.0) *
                Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.6, 0.8, 0.0));
-    Obstacles obstacles = bridge();
+    Obstacles obstacles = bar();
     obstacles.held = {{{0.0, 0.03, 0.0}, 0.04}};
     CollisionChecker checker(arm, obstacles, kMargin);
     const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 4003, 5);
@@ -124,7 +124,7 @@ TEST(Certificate, NeverContradictedByDenseSampling) {
   for (const std::string name : {"lwr4.yaml", "sliding lwr4.yaml"}) {
     SCOPED_TRACE(name);
     const auto arm = arm_named(name);
-    const Obstacles obstacles = bridge();
+    const Obstacles obstacles = bar();
     CollisionChecker checker(arm, obstacles, kMargin);
     const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 600, 6);
     int certified = 0, refused = 0, refused_for_nothing = 0;
@@ -257,7 +257,7 @@ Eigen::VectorXd stopping(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
 /// Stops that begin anywhere on the line, slower and harder ones too.
 TEST(Certificate, OfStopsIsNeverContradictedByDenseSampling) {
   const auto arm = model::load_arm("lwr4.yaml");
-  const Obstacles obstacles = bridge();
+  const Obstacles obstacles = bar();
   CollisionChecker checker(arm, obstacles, kMargin);
   const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 120, 11),
                         shares = sample_box(-arm.v_max, arm.v_max, 120, 12);
@@ -294,7 +294,7 @@ TEST(Certificate, OfStopsIsNeverContradictedByDenseSampling) {
 /// One joint stands or brakes sooner than the others, or later.
 TEST(Certificate, OfStopsOfOneDriveAloneIsNeverContradictedByDenseSampling) {
   const auto arm = model::load_arm("lwr4.yaml");
-  const Obstacles obstacles = bridge();
+  const Obstacles obstacles = bar();
   CollisionChecker checker(arm, obstacles, kMargin);
   const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 120, 13),
                         shares = sample_box(-arm.v_max, arm.v_max, 120, 14);
@@ -340,7 +340,7 @@ TEST(Certificate, OfStopsOfOneDriveAloneIsNeverContradictedByDenseSampling) {
 
 TEST(CollisionChecker, DoesNotAllocate) {
   const auto arm = model::load_arm("lwr4.yaml");
-  CollisionChecker checker(arm, bridge(), kMargin);
+  CollisionChecker checker(arm, bar(), kMargin);
   const Eigen::VectorXd a = arm.home, b = arm.home.array() + 0.1;
   const bool warm = checker.certify(a, b);
   testing::NoMalloc guard;

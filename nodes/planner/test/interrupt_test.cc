@@ -65,7 +65,7 @@ TEST(Interrupt, AsksEachSoManiethTimeAndNeverTakesAYesBack) {
 
 struct InterruptDemo {
   kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  kin::Table table = model::load_table("bridge_table.yaml");
+  kin::Table table = model::load_table("bar_table.yaml");
   TaskSettings settings;
   Roadmap roadmap = prepare_roadmap(arm, table, settings);
 

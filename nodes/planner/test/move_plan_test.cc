@@ -9,7 +9,7 @@ namespace {
 
 struct MoveDemo {
   kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  kin::Table table = model::load_table("bridge_table.yaml");
+  kin::Table table = model::load_table("bar_table.yaml");
   TaskSettings settings;
 
   tl::expected<TaskPlan, Status> plan(const PlanRequest& request) const {

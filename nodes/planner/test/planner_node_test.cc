@@ -8,7 +8,7 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
-#include "nodes/planner/plan_drawing_node.h"
+#include "nodes/planner/plan_drawing.h"
 
 namespace mimesis::planner {
 namespace {
@@ -20,7 +20,7 @@ class Bench {
   /// Scene and decision are told once, unless they are watched.
   explicit Bench(const PlannerParams& params = {.upstream_s = 0.0}) : node(params, bus) {
     arm_q = model::load_arm("lwr4.yaml").home;
-    scene = model::to_proto(model::load_table("bridge_table.yaml"));
+    scene = model::to_proto(model::load_table("bar_table.yaml"));
   }
 
   void decide(v1::Grip grip, v1::Transport transport, v1::Goal goal, bool settled = true,
@@ -38,7 +38,7 @@ class Bench {
     v1::JointState arm;
     for (const double q : arm_q) arm.add_position_rad(q);
     arm.set_operational(true);
-    bus.send("arm", arm, now);
+    bus.send("joint_states", arm, now);
     v1::HandState hand;
     const double end = closure > 0.5 ? 0.24 : 0.0;
     hand.set_closure(end);
@@ -364,7 +364,7 @@ class Clients : public Bench {
     asked.set_goal(goal);
     return asked;
   }
-  /// Away from the bridge.
+  /// Away from the bar.
   static v1::PlanRequest turned(double by_rad) {
     v1::PlanRequest asked;
     Eigen::VectorXd q = model::load_arm("lwr4.yaml").home;

@@ -21,13 +21,13 @@ struct Rest {
       : peer(graph, {{"command", "planner/command"}, {"status", "planner/status"}},
              {{"decision", "test/decision"},
               {"scene", "test/scene"},
-              {"arm", "test/arm"},
+              {"joint_states", "test/joint_states"},
               {"hand", "test/hand"}}),
         command(peer.bus(), "command"),
         status(peer.bus(), "status"),
         decision(peer.bus(), "decision", {.latched = true}),
         scene(peer.bus(), "scene", {.latched = true}),
-        arm(peer.bus(), "arm"),
+        arm(peer.bus(), "joint_states"),
         hand(peer.bus(), "hand"),
         q(model::load_arm("lwr4.yaml").home) {
     peer.open();
@@ -80,7 +80,7 @@ struct Rest {
 std::vector<std::string> wired() {
   return {"--in",  "decision=test/decision",
           "--in",  "scene=test/scene",
-          "--in",  "arm=test/arm",
+          "--in",  "joint_states=test/joint_states",
           "--in",  "hand=test/hand",
           "--set", "speed=0.9",
           "--set", "upstream_s=0"};  // scene and decision are told once
@@ -91,7 +91,7 @@ TEST(PlannerProcess, PlansAndMovesTheArmToTheObject) {
   Process planner(graph, "mimesis_planner", wired());
   ASSERT_TRUE(planner.wait_ready(graph, "planner")) << planner.errors();
   Rest rest(graph);
-  rest.tell(model::to_proto(model::load_table("bridge_table.yaml")), v1::GRIP_FULL,
+  rest.tell(model::to_proto(model::load_table("bar_table.yaml")), v1::GRIP_FULL,
             v1::TRANSPORT_BELOW, v1::GOAL_LOW);
   const Eigen::VectorXd home = rest.q;
   ASSERT_TRUE(rest.play([&] { return rest.last.phase() == v1::TASK_PHASE_GRASP; }))
@@ -115,7 +115,7 @@ TEST(PlannerProcess, TwoClientsQueueTheirOrdersAbortAmidAMotionAndSendTheArmHome
   Process planner(graph, "mimesis_planner", wired());
   ASSERT_TRUE(planner.wait_ready(graph, "planner")) << planner.errors();
   Rest rest(graph);
-  v1::Scene scene = model::to_proto(model::load_table("bridge_table.yaml"));
+  v1::Scene scene = model::to_proto(model::load_table("bar_table.yaml"));
   rest.scene.send(scene, TestNode::now());
   const Eigen::VectorXd home = rest.q;
   TestNode one(graph, {{"answer", "planner/answer"}}, {}, "one");
@@ -173,7 +173,7 @@ TEST(PlannerProcess, AnUnreachableGoalFailsWithItsReason) {
   Process planner(graph, "mimesis_planner", wired());
   ASSERT_TRUE(planner.wait_ready(graph, "planner")) << planner.errors();
   Rest rest(graph);
-  v1::Scene scene = model::to_proto(model::load_table("bridge_table.yaml"));
+  v1::Scene scene = model::to_proto(model::load_table("bar_table.yaml"));
   scene.mutable_goals(0)->mutable_position_in_world_m()->set_x_m(3.0);
   rest.tell(scene, v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
   ASSERT_TRUE(rest.play([&] { return rest.last.state() == v1::TASK_STATE_FAILED; }))

@@ -22,7 +22,7 @@ class Robot {
     v1::JointState arm;
     for (const double angle : q_) arm.add_position_rad(angle);
     arm.set_operational(true);
-    graph.send("arm", arm, now);
+    graph.send("joint_states", arm, now);
     v1::HandState hand;
     hand.set_active(true);
     hand.set_closure(closed_ ? 0.24 : 0.0);
@@ -55,7 +55,7 @@ void send_task(testing::Loopback& graph, runtime::Time now) {
   decision.set_settled(true);
   decision.set_decided_ns(42);
   graph.send("decision", decision, now);
-  graph.send("scene", model::to_proto(model::load_table("bridge_table.yaml")), now);
+  graph.send("scene", model::to_proto(model::load_table("bar_table.yaml")), now);
 }
 
 auto threads_of_this_process() {
@@ -107,7 +107,7 @@ std::vector<Outputs> run_requests(testing::OutsideTape& tape) {
   testing::Loopback graph({.lockstep = false, .outside = &tape});
   PlannerNode node({.upstream_s = 0.0}, graph);
   Robot robot;
-  graph.send("scene", model::to_proto(model::load_table("bridge_table.yaml")), 10s);
+  graph.send("scene", model::to_proto(model::load_table("bar_table.yaml")), 10s);
   v1::PlanRequest asked;
   asked.set_grip(v1::GRIP_PRECISION);
   asked.set_transport(v1::TRANSPORT_ABOVE);

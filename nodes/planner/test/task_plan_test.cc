@@ -15,7 +15,7 @@ namespace {
 /// Arm, table and roadmap of the demo.
 struct Demo {
   kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  kin::Table table = model::load_table("bridge_table.yaml");
+  kin::Table table = model::load_table("bar_table.yaml");
   TaskSettings settings;
   Roadmap roadmap = prepare_roadmap(arm, table, settings);
 
@@ -32,9 +32,9 @@ const Demo& demo() {
 const Task kAboveHigh{Grip::precision, Transport::above, "high"};
 const Task kBelowLow{Grip::full, Transport::below, "low"};
 
-/// Heights of the hand above the bar where it passes the plane of the bridge.
+/// Heights of the hand above the bar where it passes its plane.
 std::vector<double> crossings(const TaskPlan& plan) {
-  const Eigen::Vector3d bar = demo().table.bridge_center;
+  const Eigen::Vector3d bar = demo().table.bar_center;
   std::vector<double> heights;
   for (const auto& motion : plan.motions) {
     if (motion.phase != Phase::transport) continue;
@@ -45,7 +45,7 @@ std::vector<double> crossings(const TaskPlan& plan) {
           kin::end_effector(demo().arm, motion.trajectory.position.col(k)).translation();
       if ((a.x() < bar.x()) != (b.x() < bar.x())) {
         heights.push_back(b.z() - bar.z());
-        EXPECT_LT(std::abs(b.y() - bar.y()), demo().table.bridge_half_width) << "between the posts";
+        EXPECT_LT(std::abs(b.y() - bar.y()), demo().table.bar_half_width) << "between the posts";
       }
     }
   }
@@ -128,7 +128,7 @@ void expect_whole(const TaskPlan& plan, const Eigen::Vector3d& goal) {
   EXPECT_GT(X_WO.linear()(2, 2), 0.999) << "it stands as it stood";
 }
 
-TEST(TaskPlan, PrecisionGripAboveTheBridgeToTheHighGoal) {
+TEST(TaskPlan, PrecisionGripAboveTheBarToTheHighGoal) {
   const auto plan = demo().plan(kAboveHigh);
   ASSERT_TRUE(plan) << plan.error().reason;
   expect_whole(*plan, demo().table.goals[0].position);
@@ -139,7 +139,7 @@ TEST(TaskPlan, PrecisionGripAboveTheBridgeToTheHighGoal) {
   EXPECT_LT(kin::end_effector(demo().arm, grasp).linear().col(2).z(), -0.999) << "from above";
 }
 
-TEST(TaskPlan, FullGripBelowTheBridgeToTheLowGoal) {
+TEST(TaskPlan, FullGripBelowTheBarToTheLowGoal) {
   const auto plan = demo().plan(kBelowLow);
   ASSERT_TRUE(plan) << plan.error().reason;
   expect_whole(*plan, demo().table.goals[1].position);
@@ -170,7 +170,7 @@ TEST(TaskPlan, GoesWhereF5PreSelects) {
   Task task = kAboveHigh;
   const auto usual = carried_postures(demo().plan(task).value(), 12);
   const Eigen::VectorXd &first = usual.front(), &last = usual.back();
-  const Eigen::Vector3d bar = demo().table.bridge_center;
+  const Eigen::Vector3d bar = demo().table.bar_center;
   EXPECT_LT(kin::end_effector(demo().arm, first).translation().x(), bar.x());
   EXPECT_GT(kin::end_effector(demo().arm, last).translation().x(), bar.x());
   std::vector<Eigen::VectorXd> other;  // of another elbow
@@ -448,8 +448,8 @@ TEST(ClosedPassages, LeaveTheDecidedOneOpen) {
     }
     return false;
   };
-  const Eigen::Vector3d over = table.bridge_center + Eigen::Vector3d(0, 0, 0.2);
-  const Eigen::Vector3d under = table.bridge_center - Eigen::Vector3d(0, 0, 0.2);
+  const Eigen::Vector3d over = table.bar_center + Eigen::Vector3d(0, 0, 0.2);
+  const Eigen::Vector3d under = table.bar_center - Eigen::Vector3d(0, 0, 0.2);
   const Eigen::Vector3d beside = under + Eigen::Vector3d(0, 0.5, 0);
   const auto above = closed_passages(table, Transport::above),
              below = closed_passages(table, Transport::below);

@@ -6,7 +6,7 @@
 #include "nodes/synthesizer/character/characters.h"
 #include "nodes/synthesizer/director.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
-#include "nodes/synthesizer/messages_node.h"
+#include "nodes/synthesizer/synthesizer_messages.h"
 
 namespace mimesis::synthesizer {
 namespace {

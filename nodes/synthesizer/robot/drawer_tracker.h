@@ -8,7 +8,7 @@
 
 namespace mimesis::synthesizer {
 
-/// What a robot knows of a drawer.
+/// A robot's knowledge of a drawer.
 struct DrawerSeen {
   Eigen::Vector2d front_W_m = Eigen::Vector2d::Zero();  ///< middle of the closed front
   Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
@@ -17,9 +17,10 @@ struct DrawerSeen {
   std::array<double, 2> age_s{};  ///< since handle and object were in view
 };
 
-/// What its senses said since the last step.
+/// Measurements since the last step.
 struct DrawerSenses {
-  /// Of a camera in the head, in the frame H of the head's link; empty: hidden or out of view.
+  /// What the camera in the head sees, in the frame H of the head's link; empty: hidden or out of
+  /// view.
   struct Sight {
     double age_s = 0.0;  ///< since the image was taken
     std::optional<Eigen::Vector3d> handle_H_m, object_H_m;

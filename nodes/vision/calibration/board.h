@@ -39,7 +39,7 @@ using Corners = std::vector<Eigen::Vector2d>;
 /// ways.
 Board parse_board(const std::string& text, double square_m);
 
-/// What was seen of a board in one picture.
+/// Detection of a board in one picture.
 struct Detection {
   Corners corners;
   int window_px = 0;  ///< half the edge of the window that refined them

@@ -234,7 +234,7 @@ void check_partners(const Board& board, const std::vector<Lens>& lenses, std::ve
   shots = std::move(kept);
 }
 
-/// Why this is no camera that anybody built; empty if it may be one.
+/// Reason why the calibration is implausible; empty if it is plausible.
 std::string implausible(const Lens& lens) {
   const double aspect = std::max(lens.fx_px, lens.fy_px) / std::min(lens.fx_px, lens.fy_px);
   if (!(aspect <= kAspect)) {

@@ -71,7 +71,7 @@ struct Ratios {
   double wrist() const { return -0.5 * kPalm * palm; }  // on the x axis of H
 };
 
-/// Of frame H: the thumb is at +y or -y.
+/// Sign of the side in frame H: the thumb is at +y or -y.
 double thumb_side(const HandPose& pose) { return pose.left ? 1.0 : -1.0; }
 
 /// Joints in frame H over the length of the hand; thumb first.

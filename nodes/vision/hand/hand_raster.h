@@ -60,8 +60,8 @@ class HandRaster {
   Match match(const HandCapsules& capsules, const RasterCamera& camera, const Evidence& evidence,
               const Shading& shading);
 
-  /// Of the last match: share of each cell covered by the hand (not the forearm), and the luma that
-  /// the shading expects where that is more than a half.
+  /// After a match: the share of each cell that the hand (not the forearm) covers, and the luma
+  /// that the shading expects where that is more than a half.
   const std::vector<float>& covered() const { return covered_; }
   const std::vector<float>& expected() const { return expected_; }
   /// Share covered by the forearm.

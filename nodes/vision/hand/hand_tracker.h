@@ -27,7 +27,7 @@ struct HandTrackerSetup {
   double depth_sd_m = 0.06;
 };
 
-/// What is known of the hand after a picture.
+/// Estimate of the hand after a picture.
 struct HandEstimate {
   bool found = false;     ///< the pose explains this picture
   HandPose pose;          ///< frame of the first camera

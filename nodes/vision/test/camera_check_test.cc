@@ -73,7 +73,7 @@ TEST(CameraCheck, TellsFlickerFromDriftAndMotion) {
 
 TEST(CameraCheck, SaysWhichColoursAreMissedDoubledOrAlike) {
   const image::Image seen = desk(0.7);
-  const auto lesson = teach(seen, std::vector<TaughtRegion>{{Kind::bridge, 110, 210, 40, 40},
+  const auto lesson = teach(seen, std::vector<TaughtRegion>{{Kind::bar, 110, 210, 40, 40},
                                                             {Kind::object, 310, 210, 40, 40}});
   ASSERT_TRUE(lesson);
   const auto advice = [&](const image::Image& picture) {
@@ -83,7 +83,7 @@ TEST(CameraCheck, SaysWhichColoursAreMissedDoubledOrAlike) {
   image::Image other = seen;
   cv::Mat view(480, 640, CV_8UC3, other.bgr.data());
   cv::rectangle(view, {500, 300, 60, 60}, cv::Scalar(205, 96, 38), cv::FILLED);
-  EXPECT_TRUE(advises(advice(other), "bridge at (1"));
+  EXPECT_TRUE(advises(advice(other), "bar at (1"));
   cv::rectangle(view, {290, 190, 100, 80}, cv::Scalar(150, 150, 150), cv::FILLED);
   EXPECT_TRUE(advises(advice(other), "object is not in view"));
   ColorSpots spots = lesson->spots;

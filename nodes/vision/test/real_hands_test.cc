@@ -51,7 +51,7 @@ bool labelled(const image::Image& sheet, int n, int u, int v) {
 
 TEST(RealHands, AreSegmentedAfterOneLessonPerPerson) {
   const auto folder = shared_data("data/vision/sign_digits");
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "not here: " << folder << " is absent";
   const auto sheet = image::read_image(MIMESIS_SOURCE_DIR "/nodes/vision/test/hands/labels.png");
   ASSERT_TRUE(sheet) << sheet.error().reason;
   double sum = 0.0, least = 1.0;

@@ -123,7 +123,7 @@ TEST_F(Stage, KeepsOnlyTheGripIfOnlyGraspingIsSeen) {  // [M18 Fig. 2.20]
   EXPECT_FALSE(recognizer_.complete());
 }
 
-TEST_F(Stage, TellsNoTransportWithoutABridge) {  // [M18 Fig. 2.21]
+TEST_F(Stage, TellsNoTransportWithoutABar) {  // [M18 Fig. 2.21]
   sight_.bar.reset();
   grasp(from_side_, 15);
   transport(0.10, from_side_, high_);
@@ -206,14 +206,14 @@ TEST_F(Stage, ThePalmOutvotesWhereTheHandIs) {
   EXPECT_EQ(recognizer_.grip().value, Grip::precision);
 }
 
-TEST_F(Stage, TheWristDecidesBesideTheBridge) {
+TEST_F(Stage, TheWristDecidesBesideTheBar) {
   grasp(from_above_, 15);
   sight_.wrist = Vector2d(0.0, 0.215);  // at the height of the bar: neither above nor below
   transport(0.30, from_above_, high_);
   EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
 }
 
-TEST_F(Stage, KnowsAQuickTransportOnceTheBridgeIsPassed) {
+TEST_F(Stage, KnowsAQuickTransportOnceTheBarIsPassed) {
   grasp(from_above_, 15);
   carry(start_, {-0.27, 0.3}, from_above_, 15);
   for (const double x : {-0.13, -0.07, -0.01, 0.05}) show({x, 0.3}, Vector2d(x - 0.02, 0.4), 1);

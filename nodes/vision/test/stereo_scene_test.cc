@@ -222,10 +222,10 @@ TEST(StereoScene, ABarAcrossThePicturesIsOneThing) {
         most, image::epipolar_distance(cameras[0], cameras[1], outlines[0].mean, outlines[1].mean));
     StereoScene scene(cameras[0], cameras[1], SceneLimits{});
     for (int i = 0; i < 8; ++i)
-      scene.update(std::array{region(Kind::bridge, outlines[0])},
-                   std::array{region(Kind::bridge, outlines[1])});
-    ASSERT_NE(scene.bridge(), nullptr) << k;
-    EXPECT_NEAR((scene.bridge()->solid.center - bar.center).norm(), 0.0, 2e-3) << k;
+      scene.update(std::array{region(Kind::bar, outlines[0])},
+                   std::array{region(Kind::bar, outlines[1])});
+    ASSERT_NE(scene.bar(), nullptr) << k;
+    EXPECT_NEAR((scene.bar()->solid.center - bar.center).norm(), 0.0, 2e-3) << k;
   }
   EXPECT_GT(most, SceneLimits{}.epipolar_px);  // else this shows nothing
 }
@@ -262,7 +262,7 @@ std::optional<double> rows_off(int axis, double angle_rad, unsigned seed) {
       known[1].eye());
   std::vector<std::pair<Kind, Solid>> things{
       {Kind::object, {Form::cylinder, {between(-0.3, -0.1), 0.05, 0.0}, 0.025, 0.1}},
-      {Kind::bridge, {Form::bar, {0.0, between(0.18, 0.25), 0.0}, 0.015, 0.5, between(0.5, 1.6)}},
+      {Kind::bar, {Form::bar, {0.0, between(0.18, 0.25), 0.0}, 0.015, 0.5, between(0.5, 1.6)}},
       {Kind::goal_high, {Form::cylinder, {between(0.15, 0.35), 0.17, 0.02}, 0.045, 0.02}},
       {Kind::goal_low, {Form::cylinder, {between(0.1, 0.3), 0.06, 0.12}, 0.045, 0.02}}};
   StereoScene scene(known[0], known[1], SceneLimits{});
@@ -278,7 +278,7 @@ std::optional<double> rows_off(int axis, double angle_rad, unsigned seed) {
     }
     scene.update(regions[0], regions[1]);
   }
-  // What is far off has no partner at all.
+  // A far outlier has no partner at all.
   return scene.unmatched() >= 2 ? std::optional(1e3) : scene.rows_off_px();
 }
 
@@ -404,12 +404,12 @@ TEST(StereoScene, WhatSomethingStandsOnForLongStaysAsItWasSeenAlone) {
 TEST(RobotTable, TurnsWhatIsSeenIntoObstaclesGoalsAndObjectInTheWorld) {
   // The colours are the wrong way round: height decides.
   const StereoScene scene = shown({{Kind::object, kSeenObject},
-                                   {Kind::bridge, kSeenBar},
+                                   {Kind::bar, kSeenBar},
                                    {Kind::goal_low, kSeenHigh},
                                    {Kind::goal_high, kSeenLow}});
   RobotTableSetup setup;
   setup.origin_m = {0.5, 0.1, -0.01};
-  setup.doubt = 0.0;
+  setup.inflation_sigma = 0.0;
   const auto found = robot_table(scene, setup);
   ASSERT_TRUE(found);
   const kin::Table& t = found->table;
@@ -418,8 +418,8 @@ TEST(RobotTable, TurnsWhatIsSeenIntoObstaclesGoalsAndObjectInTheWorld) {
   EXPECT_LT((t.object - Vector3d(0.40, -0.05, 0.08)).norm(), kNear);
   EXPECT_NEAR(t.object_radius, 0.022, kNear);
   EXPECT_NEAR(t.object_height, 0.10, kNear);
-  EXPECT_LT((t.bridge_center - Vector3d(0.5, 0.1, 0.24)).norm(), kNear);
-  EXPECT_NEAR(t.bridge_height, 0.23, kNear);
+  EXPECT_LT((t.bar_center - Vector3d(0.5, 0.1, 0.24)).norm(), kNear);
+  EXPECT_NEAR(t.bar_height, 0.23, kNear);
   ASSERT_EQ(t.goals.size(), 2u);
   EXPECT_EQ(t.goals[0].name, "high");
   EXPECT_LT((t.goals[0].position - Vector3d(0.62, 0.30, 0.24)).norm(), kNear);
@@ -447,12 +447,12 @@ TEST(RobotTable, TurnsWhatIsSeenIntoObstaclesGoalsAndObjectInTheWorld) {
 
 TEST(RobotTable, DoubtMakesObstaclesLargerAndLetsGoAboveTheStand) {
   const StereoScene scene = shown({{Kind::object, kSeenObject},
-                                   {Kind::bridge, kSeenBar},
+                                   {Kind::bar, kSeenBar},
                                    {Kind::goal_high, kSeenHigh},
                                    {Kind::goal_low, kSeenLow}});
   RobotTableSetup sure, doubtful;
-  sure.doubt = 0.0;
-  doubtful.doubt = 3.0;
+  sure.inflation_sigma = 0.0;
+  doubtful.inflation_sigma = 3.0;
   const auto unsure = robot_table(scene, doubtful);
   const kin::Table small = robot_table(scene, sure)->table, &large = unsure->table;
   EXPECT_GT(large.balls[0].radius, small.balls[0].radius);
@@ -466,9 +466,9 @@ TEST(RobotTable, DoubtMakesObstaclesLargerAndLetsGoAboveTheStand) {
   }
 }
 
-TEST(RobotTable, KnowsNothingWithoutObjectBridgeAndTwoHeights) {
+TEST(RobotTable, KnowsNothingWithoutObjectBarAndTwoHeights) {
   const std::vector<std::pair<Kind, Solid>> all{{Kind::object, kSeenObject},
-                                                {Kind::bridge, kSeenBar},
+                                                {Kind::bar, kSeenBar},
                                                 {Kind::goal_high, kSeenHigh},
                                                 {Kind::goal_low, kSeenLow}};
   for (std::size_t left_out = 0; left_out < all.size(); ++left_out) {
@@ -486,7 +486,7 @@ TEST(RobotTable, WaitsWhileAPartOfAThingIsHidden) {
   StereoScene scene(cameras[0], cameras[1], limits);
   std::array<std::vector<Region>, 2> regions;
   for (const auto& [kind, solid] : {std::pair(Kind::object, kSeenObject),
-                                    {Kind::bridge, kSeenBar},
+                                    {Kind::bar, kSeenBar},
                                     {Kind::goal_high, kSeenHigh},
                                     {Kind::goal_low, kSeenLow}}) {
     for (std::size_t side = 0; side < 2; ++side) {
@@ -508,7 +508,7 @@ TEST(RobotTable, WaitsWhileAPartOfAThingIsHidden) {
 TEST(RobotTable, AGoalThatStaysAloneIsToldByItsGapToTheBar) {
   for (const auto& [solid, name] : {std::pair(kSeenHigh, "high"), std::pair(kSeenLow, "low")}) {
     const auto found = robot_table(
-        shown({{Kind::object, kSeenObject}, {Kind::bridge, kSeenBar}, {Kind::goal_low, solid}}),
+        shown({{Kind::object, kSeenObject}, {Kind::bar, kSeenBar}, {Kind::goal_low, solid}}),
         RobotTableSetup{}, true);
     ASSERT_TRUE(found) << name;
     ASSERT_EQ(found->table.goals.size(), 1u);
@@ -522,7 +522,7 @@ TEST(RobotTable, AnotherObjectIsAnObstacleTheOneOnAGoalIsNoneToGrasp) {
   block.center.y() = kSeenLow.top() + 0.5 * block.length;
   const StereoScene scene = shown({{Kind::object, block},
                                    {Kind::object, kSeenObject},
-                                   {Kind::bridge, kSeenBar},
+                                   {Kind::bar, kSeenBar},
                                    {Kind::goal_high, kSeenHigh},
                                    {Kind::goal_low, kSeenLow}});
   const auto found = robot_table(scene, RobotTableSetup{});

@@ -43,12 +43,12 @@ Scene scene(unsigned seed, double noise, double gain) {
 
 const std::vector<TaughtRegion> kRegions{{Kind::hand, 30, 70, 50, 60},
                                          {Kind::object, 130, 70, 30, 30},
-                                         {Kind::bridge, 240, 80, 11, 11},
+                                         {Kind::bar, 240, 80, 11, 11},
                                          {Kind::goal_low, 330, 70, 40, 80}};
 
 /// Share of wrong labels in the patches and outside of them, their edges left out.
 std::pair<double, double> mistakes(const ColorTable& table, const image::Image& image) {
-  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bridge, Kind::goal_low};
+  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bar, Kind::goal_low};
   double missed = 0.0, inside = 0.0, wrong = 0.0, outside = 0.0;
   for (int row = 0; row < 240; ++row) {
     for (int column = 0; column < 640; ++column) {
@@ -88,7 +88,7 @@ TEST(Teach, FindsTheTaughtColoursInOtherPicturesAndLight) {
 TEST(Teach, AStrangerInTheRegionDoesNotWidenTheClass) {
   Scene s = scene(5, 3.0, 1.0);
   const auto clean = teach(s.image, kRegions);
-  for (int v = 70; v < 76; ++v) {  // a tenth of the hand's region shows the bridge's colour
+  for (int v = 70; v < 76; ++v) {  // a tenth of the hand's region shows the bar's colour
     for (int u = 30; u < 80; ++u) {
       for (std::size_t c = 0; c < 3; ++c)
         s.image.at(u, v)[c] = static_cast<std::uint8_t>(s.colors[2][c]);
@@ -117,9 +117,9 @@ TEST(Teach, ARegionOfLightAndShadeTeachesTheSameColourAsOneInLight) {
   EXPECT_LT((ratio(*mixed) - ratio(*lit)).norm(), 0.05 * ratio(*lit).norm());
 }
 
-/// Of a quiet picture, so that the class is as narrow as it may be.
+/// Taught from a picture without noise, so that the class is as narrow as it may be.
 TEST(Teach, KnowsTheTaughtColourOverexposedAndInALampOfAnotherColour) {
-  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bridge, Kind::goal_low};
+  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bar, Kind::goal_low};
   for (const unsigned seed : {9u, 10u, 11u}) {
     const Scene s = scene(seed, 2.0, 1.0);
     const ColorTable table(teach(s.image, kRegions)->spots);
@@ -142,7 +142,7 @@ TEST(Teach, KnowsTheTaughtColourOverexposedAndInALampOfAnotherColour) {
 
 /// The strongest channel of what is taught is at its end; the other camera sees it in less light.
 TEST(Teach, KnowsInLessLightWhatWasTaughtOverexposed) {
-  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bridge, Kind::goal_low};
+  constexpr std::array<Kind, 4> kinds{Kind::hand, Kind::object, Kind::bar, Kind::goal_low};
   for (unsigned seed = 12; seed < 18; ++seed) {
     const Scene s = scene(seed, 2.0, 1.0);
     for (std::size_t k = 0; k < kinds.size(); ++k) {

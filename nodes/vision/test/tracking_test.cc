@@ -29,7 +29,7 @@ TEST(BlobTracker, JoinsWhatAPostHasSplitAndLeavesWhatIsFarAway) {
   EXPECT_EQ(tracker.blob(Kind::hand).regions, (std::vector<int>{0, 1}));
   EXPECT_EQ(tracker.blob(Kind::hand).moments.area, 40 * 20 + 30 * 20);
   EXPECT_EQ(tracker.blob(Kind::object).moments.area, 800);
-  EXPECT_FALSE(tracker.blob(Kind::bridge).found());
+  EXPECT_FALSE(tracker.blob(Kind::bar).found());
 }
 
 TEST(BlobTracker, StaysWithItsBlobWhenASlightlyLargerOneAppearsFarAway) {

@@ -61,7 +61,7 @@ TEST(VisionNode, PublishesWhatItSeesWithTheImagesStamp) {
     EXPECT_EQ(blobs->blobs(0).area(), 2400);
     const auto scene = bus.take<v1::TeacherScene>("scene");
     ASSERT_TRUE(scene);
-    EXPECT_FALSE(scene->complete());  // no bridge, no goals
+    EXPECT_FALSE(scene->complete());  // no bar, no goals
     EXPECT_LT(scene->object_x_m(), 0.0);
     const auto observation = bus.take<v1::Observation>("observation");
     ASSERT_TRUE(observation);
@@ -306,16 +306,15 @@ TEST(VisionNode, LearnsColoursFromClicks) {
   testing::Loopback bus;
   VisionNode node(params(), bus);
   v1::ColorLesson lesson;
-  v1::ColorRegion& region = *lesson.add_regions();  // the green thing is a bridge from now on
-  region.set_kind(v1::BLOB_KIND_BRIDGE);
+  v1::ColorRegion& region = *lesson.add_regions();  // the green thing is a bar from now on
+  region.set_kind(v1::BLOB_KIND_BAR);
   region.set_left(110);
   region.set_top(220);
   region.set_width(9);
   region.set_height(9);
   lesson.mutable_header()->set_stamp_ns(2'000'000'000u);
   bus.send("lesson", lesson, 2s);
-  for (const auto& [stamp, kind] :
-       {std::pair{1s, v1::BLOB_KIND_OBJECT}, {2s, v1::BLOB_KIND_BRIDGE}}) {
+  for (const auto& [stamp, kind] : {std::pair{1s, v1::BLOB_KIND_OBJECT}, {2s, v1::BLOB_KIND_BAR}}) {
     bus.send("image", picture("bgr8"), stamp);
     node.step(stamp);
     const auto blobs = bus.take<v1::Blobs>("blobs");
@@ -325,7 +324,7 @@ TEST(VisionNode, LearnsColoursFromClicks) {
   }
 }
 
-/// What is no use is said in one line, and no symbols come of it.
+/// An unusable picture gives one line and no symbols.
 class BadInput : public ::testing::Test {
  protected:
   BadInput() : node_(params(), bus_) { runtime::take_log_lines(); }

@@ -58,7 +58,7 @@ TEST(VisionProcess, AnswersImagesAndSurvivesBadOnes) {
   ASSERT_TRUE(seen) << vision.errors();
   EXPECT_EQ(seen->header().stamp_ns(), static_cast<std::uint64_t>(stamp.count()));
   ASSERT_EQ(seen->blobs_size(), 1);
-  EXPECT_EQ(seen->blobs(0).kind(), v1::BLOB_KIND_BRIDGE);
+  EXPECT_EQ(seen->blobs(0).kind(), v1::BLOB_KIND_BAR);
   EXPECT_NEAR(seen->blobs(0).u_px(), 344.5, 1e-9);
   const auto told = peer.receive(observation, 30s);
   ASSERT_TRUE(told);

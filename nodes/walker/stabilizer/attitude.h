@@ -62,7 +62,7 @@ class AttitudeFilter {
   /// T at the start: a bias of a usual gyro is small, so that no line through few readings is
   /// trusted to show it.
   static constexpr double kStart_s = 2.0;
-  /// Who stands for so long after the start has the bias as the mean of the last second.
+  /// A robot that stands for so long after the start takes the mean of the last second as the bias.
   static constexpr double kRest_s = 3.0, kRestMean_s = 1.0;
 
   void correct(const Reading& now, double dt_s) {

@@ -5,7 +5,7 @@
 #include "common/model/files.h"
 #include "nodes/walker/test/perfect_robot.h"
 #include "nodes/walker/walker.h"
-#include "nodes/walker/walker_messages_node.h"
+#include "nodes/walker/walker_messages.h"
 
 namespace mimesis::walker::testing {
 

@@ -47,8 +47,8 @@ TEST(Conduct, GoesFromWaitingOverArmingAndApproachingToBalance) {
   EXPECT_EQ(rig.run(1.0), Phase::waiting);
   EXPECT_EQ(rig.conduct.reason(), "lies on its side");
   rig.now.posture = {};
-  EXPECT_EQ(rig.run(kTick_s), Phase::arming);
-  EXPECT_EQ(rig.run(1.0), Phase::arming);
+  EXPECT_EQ(rig.run(kTick_s), Phase::enabling);
+  EXPECT_EQ(rig.run(1.0), Phase::enabling);
   EXPECT_EQ(rig.conduct.reason(), "drives are off");
   rig.now.actuators = {};
   EXPECT_EQ(rig.run(kTick_s), Phase::approaching);

@@ -42,7 +42,7 @@ class Rig {
   void run(runtime::Time duration) {
     for (const runtime::Time end = now + duration; now < end; now += 5ms) {
       if (sends_body) bus.send("sensors", robot.sensors(), now);
-      if (sends_joints) bus.send("joints", robot.joints(), now);
+      if (sends_joints) bus.send("joint_states", robot.joints(), now);
       if (motion) bus.send("motion", *motion, now);
       node.step(now);
       take();

@@ -1,9 +1,10 @@
 // Messages in terms of the robot, and the other way round: every figure in its place, on its side,
 // with its sign.
+#include "nodes/walker/walker_messages.h"
+
 #include <gtest/gtest.h>
 
 #include "nodes/walker/test/node_rig.h"
-#include "nodes/walker/walker_messages_node.h"
 
 namespace mimesis::walker {
 namespace {

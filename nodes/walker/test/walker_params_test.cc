@@ -1,3 +1,5 @@
+#include "nodes/walker/walker_params.h"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -8,7 +10,6 @@
 #include "common/model/files.h"
 #include "common/runtime/param_source.h"
 #include "nodes/walker/test/closed_loop.h"
-#include "nodes/walker/walker_params_node.h"
 
 namespace mimesis::walker {
 namespace {

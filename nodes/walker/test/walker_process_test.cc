@@ -28,12 +28,14 @@ struct Rest {
              {{"command", "walker/command"},
               {"feedback", "walker/feedback"},
               {"balance", "walker/balance"}},
-             {{"sensors", "test/sensors"}, {"joints", "test/joints"}, {"motion", "test/motion"}}),
+             {{"sensors", "test/sensors"},
+              {"joint_states", "test/joint_states"},
+              {"motion", "test/motion"}}),
         command(peer.bus(), "command"),
         feedback(peer.bus(), "feedback"),
         balance(peer.bus(), "balance"),
         sensors(peer.bus(), "sensors"),
-        joints(peer.bus(), "joints"),
+        joints(peer.bus(), "joint_states"),
         motion(peer.bus(), "motion") {
     peer.open();
   }
@@ -75,7 +77,7 @@ struct Rest {
 
 // The machine may be busy: delays are not tested here.
 std::vector<std::string> options() {
-  return {"--in",  "sensors=test/sensors", "--in",  "joints=test/joints",
+  return {"--in",  "sensors=test/sensors", "--in",  "joint_states=test/joint_states",
           "--in",  "motion=test/motion",   "--set", "sensors_stale_s=1",
           "--set", "motion_stale_s=0.5",   "--set", "stabilize=false",
           "--set", "ready.approach_s=0.2"};

@@ -8,7 +8,7 @@
 #include "hw/joints/machine.h"
 #include "tools/mimesis/graph_tools.h"
 
-// What the parts of `mimesis hw` share.
+// Shared by the parts of `mimesis hw`.
 namespace mimesis::tool {
 
 struct HwOptions : GraphOptions {

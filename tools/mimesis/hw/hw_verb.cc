@@ -30,8 +30,7 @@ CLI::App* add(CLI::App& verb, const std::string& name, const std::string& about,
 
 void add_bus(CLI::App* sub, const Options& options) {
   sub->add_option("BUS", options->bus,
-                  "embedded:NAME of the graph, socketcan:INTERFACE, "
-                  "udp_multicast:GROUP or slcan:/dev/NAME")
+                  "embedded:NAME of the graph, socketcan:INTERFACE or slcan:/dev/NAME")
       ->required();
 }
 void add_node(CLI::App* sub, const Options& options) {

@@ -43,7 +43,7 @@ struct Opened {
   runtime::Place near;
 };
 
-/// What a node says of itself.
+/// A node's description of itself.
 struct Description {
   std::vector<Port> ports;
   std::vector<Opened> opened;
@@ -170,7 +170,7 @@ class Questions {
     }
     if (!in_time) {
       mistakes_.add_line(node.name.place,
-                         fmt::format("{}: node '{}': no answer within {} ms",
+                         fmt::format("{}: node '{}': no answer within {} ms of a quiet machine",
                                      to_string(node.name.place), node.name.text, kAnswer.count()));
     } else if (ending.signal != 0 || (!ending.good() && !any)) {
       mistakes_.add(node.name.place,

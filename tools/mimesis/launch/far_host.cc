@@ -9,7 +9,7 @@
 #include "common/runtime/far_nodes.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
-#include "tools/mimesis/launch/keeper.h"
+#include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::launch {

@@ -16,8 +16,8 @@
 
 namespace mimesis::launch {
 
-/// How a host's monotonic time relates to the graph's, from exchanges of four stamps: the one with
-/// the shortest way of the last 16 counts.
+/// How a host's monotonic time relates to the graph's: from the exchange of four stamps with the
+/// shortest round trip of the last 16.
 class ClockOffset {
  public:
   struct Sample {

@@ -14,8 +14,8 @@
 #include "common/runtime/registry.h"
 #include "proto/hosts.pb.h"
 #include "tools/mimesis/launch/host_link.h"
-#include "tools/mimesis/launch/keeper.h"
 #include "tools/mimesis/launch/node_host.h"
+#include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::launch {
@@ -41,9 +41,9 @@ std::string launcher_address() {
   return text.substr(0, text.find(' '));
 }
 
-class Hand {
+class HostAgent {
  public:
-  Hand(const HostOptions& options, Fd life)
+  HostAgent(const HostOptions& options, Fd life)
       : life_(std::move(life)),
         lease_(from_seconds(options.lease_s)),
         directory_(runtime::graph_directory(options.graph)),
@@ -198,7 +198,7 @@ class Hand {
     ::poll(fds.data(), fds.size(), static_cast<int>(wait.count()));
   }
 
-  Fd life_;  ///< to the keeper
+  Fd life_;  ///< to the subreaper
   Time lease_;
   std::string launcher_ = launcher_address();
   std::string directory_;
@@ -230,9 +230,9 @@ void add_host(CLI::App& program, int& exit_code) {
   verb->footer("Examples:\n  ssh robot@spine mimesis host --graph default --host spine < orders");
   verb->callback([options, &exit_code] {
     runtime::set_log_name("host");
-    exit_code =
-        launch::keep([&](launch::Fd life) { return launch::Hand(*options, std::move(life)).run(); },
-                     [](const std::string&) {});
+    exit_code = launch::run_below_subreaper(
+        [&](launch::Fd life) { return launch::HostAgent(*options, std::move(life)).run(); },
+        [](const std::string&) {});
   });
 }
 

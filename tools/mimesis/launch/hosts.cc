@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "common/runtime/keys.h"
-#include "tools/mimesis/launch/keeper.h"
+#include "tools/mimesis/launch/subreaper.h"
 
 namespace mimesis::launch {
 namespace {

@@ -20,8 +20,8 @@
 #include "tools/mimesis/launch/export.h"
 #include "tools/mimesis/launch/file_help.h"
 #include "tools/mimesis/launch/graph_file.h"
-#include "tools/mimesis/launch/keeper.h"
 #include "tools/mimesis/launch/result.h"
+#include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/log_folder.h"
 #include "tools/mimesis/number_check.h"
@@ -301,8 +301,9 @@ int check_show_or_run(const Options& options) {
   }
   const tool::RunLock running(run.log);
   limit_logs(options.log_limit);
-  return keep([&](Fd life) { return run_graph(graph, run, options.json, std::move(life)); },
-              [&](const std::string& why) { report_killed(graph, run, why, options.json); });
+  return run_below_subreaper(
+      [&](Fd life) { return run_graph(graph, run, options.json, std::move(life)); },
+      [&](const std::string& why) { report_killed(graph, run, why, options.json); });
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace mimesis::launch {
 
 using WallTime = std::chrono::steady_clock::time_point;
 
-/// What a node's process did.
+/// Event of a node's process.
 struct HostEvent {
   enum class Kind : int {
     output,   ///< `text`: a line on standard output

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/machine_time.h"
 #include "tools/mimesis/launch/command.h"
 
 namespace mimesis::launch {
@@ -98,12 +99,12 @@ class OwnProcess {
     return ending_;
   }
   void send(int signal) const { child_.send(signal); }
-  /// Waits for the end; false if it had to be killed after this time.
+  /// Waits for the end; false if it had to be killed after this time of a quiet machine.
   bool wait(std::chrono::milliseconds most) {
-    const auto deadline = std::chrono::steady_clock::now() + most;
+    MachineTime time;
     bool alone = true;
     while (!ending()) {
-      alone = alone && std::chrono::steady_clock::now() < deadline;
+      alone = alone && time.passed() < most;
       if (!alone) send(SIGKILL);
       pollfd ended{child_.pidfd.get(), POLLIN, 0};
       poll(&ended, 1, 10);

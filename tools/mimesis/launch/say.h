@@ -9,7 +9,7 @@
 
 namespace mimesis::launch {
 
-/// Of this process: other lines take it away first.
+/// The status line of this process: other lines take it away first.
 inline tool::StatusLine& status_line() {
   static tool::StatusLine line;
   return line;

@@ -16,12 +16,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/machine_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
 #include "common/time.h"
 #include "tools/mimesis/launch/hosts.h"
-#include "tools/mimesis/launch/keeper.h"
 #include "tools/mimesis/launch/line_log.h"
+#include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
@@ -31,6 +32,13 @@ using Clock = std::chrono::steady_clock;
 using Kind = HostEvent::Kind;
 
 constexpr std::chrono::milliseconds kHurry{500};  ///< time to stop after a second Ctrl-C
+
+/// Says that a limit counted the time of a quiet machine; empty if the machine was one.
+std::string busy(nanoseconds passed, nanoseconds limit) {
+  if (passed < 1.5 * limit) return {};
+  return fmt::format(" of a quiet machine: {:.0f} s passed, the machine is too slow",
+                     to_seconds(passed));
+}
 
 /// One node of a run: its process, its output, and where it stands.
 struct ManagedNode {
@@ -61,7 +69,7 @@ struct ManagedNode {
     ending.reset();
     silence = unheard = {};
     started = now;
-    due = now + spec.ready_within;
+    starting = {};
     state = State::starting;
     if (spec.ready_when_started) set_ready();
   }
@@ -106,6 +114,7 @@ struct ManagedNode {
   int restarts = 0;
   std::optional<Ending> ending;
   nanoseconds silence{};  ///< time without a sign of life, if it is long
+  MachineTime starting;   ///< since its start
   nanoseconds unheard{};  ///< of it, before it was ready: nobody's business
 };
 
@@ -143,7 +152,7 @@ class Supervisor {
       for (const HostEvent& event : hosts_.poll()) follow(event);
       follow_registry();
       if (const std::string why = hosts_.failure(); !why.empty()) end_run(2, why);
-      // A full pipe has what the keeper needs.
+      // A full pipe has what the subreaper needs.
       if (write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
       follow_clock(Clock::now());
       show_progress(Clock::now());
@@ -317,10 +326,11 @@ class Supervisor {
     bool any = awaits_host_;
     for (auto& node : nodes_) {
       any = any || (node->state != State::ended && node->state != State::waiting);
-      if (node->state == State::starting && node->due <= now &&
-          (node->spec.required || awaited(*node))) {
-        end_run(1, fmt::format("node '{}' was not ready within {:g} s", node->name(),
-                               to_seconds(node->spec.ready_within)));
+      if (node->state == State::starting && (node->spec.required || awaited(*node)) &&
+          node->starting.passed() >= node->spec.ready_within) {
+        end_run(1, fmt::format("node '{}' was not ready within {:g} s{}", node->name(),
+                               to_seconds(node->spec.ready_within),
+                               busy(now - node->started, node->spec.ready_within)));
       }
       if (node->state == State::stopping && node->due <= now && node->alive() && !node->killed) {
         say("{} did not stop in time: killed", node->name());
@@ -418,7 +428,7 @@ class Supervisor {
     if ((fds[2].revents & POLLIN) != 0) end_run(0, "");
   }
 
-  Fd life_;  ///< to the keeper
+  Fd life_;  ///< to the subreaper
   News news_;
   const WallTime started_ = Clock::now();
   double timeout_s_;  ///< of the run; 0: none

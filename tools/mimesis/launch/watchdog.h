@@ -33,7 +33,7 @@ class Watchdog {
   std::string address_;  ///< as in $NOTIFY_SOCKET
 };
 
-/// What a process does, from /proc.
+/// Activity of a process, from /proc.
 struct Activity {
   char state = '?';                ///< as in proc(5): R, S, D, T ...
   std::chrono::nanoseconds cpu{};  ///< time it has computed for

@@ -258,7 +258,8 @@ void add_cat(CLI::App& verb, int& exit_code) {
   cat->add_flag("--json")->description("JSON is what it prints anyway");
   cat->footer(
       "Examples:\n  mimesis log cat run.mcap --topic planner/status --limit 10 | jq .message\n"
-      "  mimesis log cat run.mcap --topic bridge/arm --start 12.5 --end 13 --field position_rad\n"
+      "  mimesis log cat run.mcap --topic bridge/joint_states --start 12.5 --end 13 --field "
+      "position_rad\n"
       "  mimesis log cat run.mcap --attachment imitation.yaml > imitation.yaml");
   on_run(*cat, exit_code, [o] {
     static_cast<void>(filter_of(o->topics));  // reports its errors first

@@ -198,7 +198,6 @@ CandumpLine parse_words(std::span<const std::string_view> words) {
 
 constexpr std::size_t kShownDamages = 20;
 constexpr std::size_t kLongestLine = 4096;
-constexpr std::size_t kFingerprint = 8;  // bytes at the start of LCM data
 
 /// A channel of the log that is written.
 struct OutChannel {
@@ -270,36 +269,6 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
   return result;
 }
 
-ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options) {
-  ConvertResult result{.from = LogKind::lcm};
-  NewLog file(options.output, {options.input});
-  std::map<std::pair<std::string, std::string>, OutChannel> channels;  // by name and fingerprint
-  LcmReader reader(source);
-  Progress progress("convert", source.size());
-  while (const auto event = reader.next()) {
-    progress.at(reader.position());
-    const std::string name(event->channel);
-    const std::string fingerprint =
-        event->data.size() < kFingerprint ? "" : hex(event->data, 0, kFingerprint, "");
-    OutChannel& channel = channels[{name, fingerprint}];
-    if (channel.id == 0) {
-      channel.id = file.channel({.topic = name,
-                                 .message_encoding = "lcm",
-                                 .metadata = {{"lcm_fingerprint", fingerprint}}},
-                                nullptr);
-    }
-    file.write({channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data});
-    ++result.messages;
-  }
-  for (const log::Damage& d : reader.damages()) {
-    say_damage(result.damages, fmt::format("{}: byte {}", options.input, d.offset), d.what);
-  }
-  say_more(result.damages);
-  result.lost = reader.lost();
-  file.finish();
-  return result;
-}
-
 ConvertResult to_candump(const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::mcap};
   const auto logs = open_logs({options.input});
@@ -340,23 +309,21 @@ int convert_file(const ConvertOptions& options) {
   const auto source = log::open_file(options.input);
   if (!source) throw VerbEnd{source.error().reason, 3};
   const ConvertResult r = convert_log(**source, options);
-  static constexpr const char* kNames[] = {"mcap", "candump", "lcm"};
-  const char* from = kNames[static_cast<int>(r.from)];
-  const char* to = r.from == LogKind::mcap ? "candump" : "mcap";
+  const bool of_mcap = r.from == LogKind::mcap;
+  const char* from = of_mcap ? "mcap" : "candump";
+  const char* to = of_mcap ? "candump" : "mcap";
   if (options.json) {
     const nlohmann::ordered_json object{{"from", from},
                                         {"to", to},
                                         {"output", options.output.path},
                                         {"messages", r.messages},
                                         {"damages", r.damages},
-                                        {"lost", r.lost},
                                         {"untimed", r.untimed}};
     (options.output.path == "-" ? std::cerr : std::cout) << object.dump() << '\n';
   } else {
     std::cerr << fmt::format(
-        "{} -> {}: {} messages{}{}{}\n", from, to, r.messages,
+        "{} -> {}: {} messages{}{}\n", from, to, r.messages,
         r.damages == 0 ? "" : fmt::format(", {} damages", r.damages),
-        r.lost == 0 ? "" : fmt::format(", {} lost by the logger", r.lost),
         r.untimed == 0 ? "" : fmt::format(", {} lines without a time", r.untimed));
   }
   return r.damages == 0 ? 0 : 1;
@@ -402,12 +369,12 @@ LogKind detect_kind(const log::Source& source, const std::string& path) {
       {"SQLite format 3", "a rosbag2 of the sqlite3 kind: `ros2 bag convert` makes MCAP of it"},
       {"#ROSBAG V", "a bag of ROS 1: `mcap convert` makes MCAP of it"},
       {"ULog", "a ULog of PX4, which is not supported"},
+      {"\xED\xA1\xDA\x01", "a log of LCM, which is not supported"},
       {"\x1f\x8b", "compressed by gzip: unpack it first"},
       {"(\xB5/\xFD", "compressed by zstd: unpack it first"}};
   log::Window window(source);
   const std::string_view start = window.view(0, kLongestLine).value_or(std::string_view{});
   if (start.starts_with(log::kMagic)) return LogKind::mcap;
-  if (start.starts_with("\xED\xA1\xDA\x01")) return LogKind::lcm;
   for (const Foreign& foreign : kForeign) {
     if (start.starts_with(foreign.start)) {
       throw ConfigError(path + ": " + std::string(foreign.says));
@@ -419,47 +386,41 @@ LogKind detect_kind(const log::Source& source, const std::string& path) {
     if (line && *line) return LogKind::candump;
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
-  throw ConfigError(path + ": expected a log of candump, an LCM log or MCAP; --from says which");
+  throw ConfigError(path + ": expected a log of candump or MCAP; --candump takes it for the first");
 }
 
 ConvertResult convert_log(const log::Source& source, const ConvertOptions& options) {
-  const LogKind kind = options.from == "candump" ? LogKind::candump
-                       : options.from == "lcm"   ? LogKind::lcm
-                                                 : detect_kind(source, options.input);
+  const LogKind kind = options.candump ? LogKind::candump : detect_kind(source, options.input);
   if (kind == LogKind::mcap) return to_candump(options);
   if (options.output.path == "-") throw ConfigError("-: MCAP needs a file");
   try {
-    return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
+    return from_candump(source, options);
   } catch (const NotWritten& failure) {
     throw ConfigError(failure.reason);
   }
 }
 
 void add_convert(CLI::App& verb, int& exit_code) {
-  CLI::App* sub =
-      verb.add_subcommand("convert", "Logs of candump and LCM to MCAP, and MCAP to candump");
+  CLI::App* sub = verb.add_subcommand("convert", "Logs of candump to MCAP, and MCAP to candump");
   auto o = std::make_shared<ConvertOptions>();
   sub->add_option("IN", o->input,
-                  "candump -l (or what candump shows), an LCM log, or MCAP; told by its content")
+                  "candump -l (or what candump shows), or MCAP; told by its content")
       ->required();
   sub->add_option("OUT", o->output.path,
                   "MCAP file; of MCAP: log for canplayer, - for standard output")
       ->required();
-  sub->add_option("--from", o->from, "candump or lcm, whatever the content looks like")
-      ->check(CLI::IsMember({"candump", "lcm"}));
+  sub->add_flag("--candump", o->candump, "IN is of candump, whatever its content looks like");
   sub->add_flag("--force", o->output.force, "Replace OUT if it exists");
   sub->add_option("--compression", o->compression, "Of MCAP: none, lz4 or zstd")
       ->check(CLI::IsMember({"none", "lz4", "zstd"}))
       ->capture_default_str();
   sub->add_flag("--json", o->json, "Print one JSON object at the end");
   sub->footer(
-      "CAN frames become mimesis.v1.CanFrame on can/INTERFACE. LCM channels keep name and "
-      "payload,\n"
-      "encoding lcm. What is damaged is left out, said and counted: exit code 1. rosbag2 with\n"
-      "sqlite3 (ros2 bag convert) and ROS 1 bags (mcap convert) have converters of their own; a\n"
+      "CAN frames become mimesis.v1.CanFrame on can/INTERFACE. What is damaged is left out, said\n"
+      "and counted: exit code 1. rosbag2 with sqlite3 (ros2 bag convert) and ROS 1 bags (mcap "
+      "convert) have converters of their own; a\n"
       "rosbag2 in MCAP needs none.\n"
-      "Examples: mimesis log convert candump-2026-11-21.log can.mcap\n"
-      "          mimesis log convert lcmlog-2026-11-21.00 lcm.mcap");
+      "Example: mimesis log convert candump-2026-11-21.log can.mcap");
   on_run(*sub, exit_code, [o] {
     o->output.compression = *log::parse_compression(o->compression);
     return convert_file(*o);

@@ -15,8 +15,8 @@
 
 #include "common/image/image_file.h"
 #include "tools/mimesis/field_text.h"
+#include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/field_columns.h"
-#include "tools/mimesis/log/reference.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 
@@ -38,8 +38,8 @@ class FileNames {
       throw ConfigError("cannot make folder '" + folder + "': " + error.message());
     }
   }
-  /// "bridge/arm" -> "FOLDER/bridge_arm.csv", and "FOLDER/bridge_arm_2.csv" the next time. A name
-  /// that is too long for a file is cut.
+  /// "bridge/joint_states" -> "FOLDER/bridge_joint_states.csv", and
+  /// "FOLDER/bridge_joint_states_2.csv" the next time. A name that is too long for a file is cut.
   std::string unique(const std::string& name, std::string extension) {
     constexpr std::size_t kLongest = 200, kLongestExtension = 32;  // a file's name has 255 bytes
     std::string stem;
@@ -101,7 +101,7 @@ struct TopicTable {
   std::size_t width() const { return 1 + (several_nodes ? 1 : 0) + columns.size(); }
 };
 
-/// "bridge/arm.position_rad,velocity_rad_s" -> both with their topic.
+/// "bridge/joint_states.position_rad,velocity_rad_s" -> both with their topic.
 std::vector<FieldQuery> csv_fields(const std::string& text,
                                    const std::vector<std::string>& topics) {
   std::vector<FieldQuery> queries;
@@ -451,8 +451,8 @@ ExportResult export_images(const std::vector<OpenLog>& logs, const ExportOptions
   const Span span = span_of(logs);
   const LogTimes times = resolve(options.range, span);
   for (const OpenChannel& c : channels_of(logs)) {
-    if (c.channel->topic == options.images && is_reference(*c.channel)) {
-      throw VerbEnd{options.images + " is in the log as references: mimesis log restore " +
+    if (c.channel->topic == options.images && is_elided(*c.channel)) {
+      throw VerbEnd{options.images + " has elided payloads in the log: mimesis log restore " +
                         c.log->path + " WHOLE.mcap writes the images, then export from there",
                     1};
     }
@@ -536,7 +536,8 @@ void add_export(CLI::App& verb, int& exit_code) {
   sub->footer(
       "Names of fields end in their unit; numbers read back as the same bits. JSON lines:\n"
       "mimesis log cat --json.\n"
-      "Examples: mimesis log export run.mcap --csv bridge/arm.position_rad[*],velocity_rad_s -o "
+      "Examples: mimesis log export run.mcap --csv "
+      "bridge/joint_states.position_rad[*],velocity_rad_s -o "
       "arm.csv\n"
       "          mimesis log export run.mcap --images camera/image -o pictures --every 30");
   on_run(*sub, exit_code, [o] { return run_export(*o); });

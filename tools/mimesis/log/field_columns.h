@@ -30,7 +30,7 @@ class LogDecoder {
   std::map<const log::Schema*, std::unique_ptr<google::protobuf::Message>> messages_;
 };
 
-/// Query of the user: "bridge/arm.position_rad[*]".
+/// Query of the user: "bridge/joint_states.position_rad[*]".
 struct FieldQuery {
   std::string topic;
   std::string path;  ///< empty: all fields

@@ -13,7 +13,7 @@
 #include <unordered_map>
 
 #include "tools/mimesis/human.h"
-#include "tools/mimesis/log/reference.h"
+#include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 
@@ -118,10 +118,12 @@ void print_info_topics(const ordered_json& topics, bool colour, std::ostream& ou
   for (const ordered_json& t : topics) total += sizes ? t["bytes"].get<double>() : 0.0;
   Table table(std::move(heading));
   for (const ordered_json& t : topics) {
-    // Messages that are computed again (reference.h).
-    const bool reference = t["metadata"].is_object() && t["metadata"].contains(kReferenceKey);
+    // Messages that are computed again (elided_payload.h).
+    const auto& metadata = t["metadata"];
+    const bool elided = metadata.is_object() &&
+                        (metadata.contains(kElidedKey) || metadata.contains(kFormerElidedKey));
     std::vector<std::string> cells{t["topic"],
-                                   t["type"].get<std::string>() + (reference ? " (reference)" : ""),
+                                   t["type"].get<std::string>() + (elided ? " (elided)" : ""),
                                    t["node"],
                                    t["messages"].dump(),
                                    t["lost"].is_null() ? "?" : t["lost"].dump(),

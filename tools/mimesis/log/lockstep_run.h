@@ -7,7 +7,7 @@
 
 #include "tools/mimesis/log/open_log.h"
 
-// What two runs of a graph in lock-step share.
+// Comparison of two runs of a graph in lock-step.
 namespace mimesis::tool {
 
 /// Up to when a recorded run is the same in every run.

@@ -105,12 +105,12 @@ class MessageComparison {
     const auto& type_b = *b.GetDescriptor();
     for (int i = 0; i < type_a.field_count(); ++i) {
       const FieldDescriptor& f = *type_a.field(i);
-      const FieldDescriptor* in_b = type_b.FindFieldByName(f.name());
+      const FieldDescriptor* in_b = same_field(f, type_b);
       enter(f.name(), true, [&] { in_b != nullptr ? fields(a, f, b, *in_b) : only(a, f, true); });
     }
     for (int i = 0; i < type_b.field_count(); ++i) {
       const FieldDescriptor& f = *type_b.field(i);
-      if (type_a.FindFieldByName(f.name()) == nullptr) {
+      if (same_field(f, type_a) == nullptr) {
         enter(f.name(), true, [&] { only(b, f, false); });
       }
     }
@@ -120,6 +120,12 @@ class MessageComparison {
   MessageDifference result;
 
  private:
+  const FieldDescriptor* same_field(const FieldDescriptor& f,
+                                    const google::protobuf::Descriptor& type) const {
+    return rules_.across_versions ? type.FindFieldByNumber(f.number())
+                                  : type.FindFieldByName(f.name());
+  }
+
   /// Runs `compare` one level down, unless the field is ignored.
   template <class Compare>
   void enter(const std::string& name, bool is_field, const Compare& compare) {
@@ -152,6 +158,7 @@ class MessageComparison {
   }
 
   void only(const Message& m, const FieldDescriptor& f, bool in_a) {
+    if (rules_.across_versions) return;
     const auto& r = *m.GetReflection();
     if (f.is_repeated() ? r.FieldSize(m, &f) == 0 : !r.HasField(m, &f)) return;
     const std::string text = whole_text(m, f), none = "no such field";
@@ -314,7 +321,8 @@ MessageDifference PayloadDiff::diff(const Payload& a, const Payload& b, const Di
   const auto in_a = decode(a), in_b = decode(b);
   MessageDifference difference;
   if (in_a && in_b) difference = diff_messages(*in_a, *in_b, rules, worst);
-  const bool must_be_same_bytes = rules.exact && rules.ignore.empty() && difference.equal();
+  const bool must_be_same_bytes =
+      rules.exact && !rules.across_versions && rules.ignore.empty() && difference.equal();
   if (!in_a || !in_b || must_be_same_bytes) return {{byte_difference("", a.bytes, b.bytes)}, 1};
   return difference;
 }

@@ -25,6 +25,9 @@ struct DiffRules {
   /// their bits are, and payloads if all their bytes are (unless fields are ignored); tolerances
   /// play no part.
   bool exact = false;
+  /// The types are those of two versions: fields are matched by number, since names may have
+  /// changed, and one that only one version has does not count. Else they are matched by name.
+  bool across_versions = false;
   std::size_t limit = 20;  ///< largest number of differences that are described; more are counted
 };
 
@@ -54,8 +57,8 @@ struct WorstDifference {
 /// By field without indexes: "arm.position_rad".
 using WorstDifferences = std::map<std::string, WorstDifference>;
 
-/// Compares field by field. The types may come from different descriptor sets: fields are matched
-/// by name, one that only one type has counts if it is set there. Maps are matched by key. Adds to
+/// Compares field by field. The types may come from different descriptor sets: a field that only
+/// one type has counts if it is set there. Maps are matched by key. Adds to
 /// `worst` if it is given. O(size).
 MessageDifference diff_messages(const google::protobuf::Message& a,
                                 const google::protobuf::Message& b, const DiffRules& rules,

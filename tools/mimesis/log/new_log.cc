@@ -177,7 +177,7 @@ void NewLog::read(const std::string& what, const std::vector<OpenLog>& logs,
     if (const auto bytes = overlap_bytes(log.summary); bytes > kMostOverlap) {
       throw ConfigError(
           fmt::format("{}: its messages are so far out of order that {} would be held "
-                      "in memory: run 'mimesis log sort' first",
+                      "in memory: run 'mcap sort' first",
                       log.path, bytes_text(bytes)));
     }
     count_damages(log);

@@ -51,7 +51,7 @@ struct PlayOptions {
   bool paused = false;          ///< at the start
   bool stay = false;            ///< at the end: paused, or a silent member of the lock-step
   bool no_keys = false;         ///< leave the keyboard alone
-  bool as_recorded = false;     ///< references are not computed again
+  bool as_recorded = false;     ///< elided payloads are not computed again
   bool clock = false;           ///< also drive the graph's simulated clock
   bool lockstep = false;        ///< take part in a lock-step graph
   bool json = false;
@@ -599,8 +599,7 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
       ->check(number_above_zero);
   play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
   play.add_flag("--no-keys", o.no_keys, "Ignore the keyboard");
-  play.add_flag("--as-recorded", o.as_recorded,
-                "Images that the log holds as references are not computed again");
+  play.add_flag("--as-recorded", o.as_recorded, "Elided payloads are not computed again");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
 

@@ -145,7 +145,7 @@ inline std::vector<PlayKey> take_keys(std::string& typed) {
   return keys;
 }
 
-/// The keys that are typed while one lives.
+/// The keys that are typed while one node_runs.
 class PlayKeys {
  public:
   int fd() const { return terminal_.fd(); }

@@ -205,7 +205,7 @@ std::string y_label(const std::vector<Curve>& curves, const Panel& panel, bool d
   return name.empty() ? unit : name + " [" + unit + "]";
 }
 
-/// Common part of all labels, for the title: "bridge/arm.".
+/// Common part of all labels, for the title: "bridge/joint_states.".
 std::string common_topic(const std::vector<Curve>& curves) {
   const std::string& first = curves.front().label;
   const std::size_t slash = first.rfind('/');
@@ -320,7 +320,8 @@ int run_plot(PlotOptions& o) {
     (o.fields.empty() && is_file ? files : o.fields).push_back(word);
   }
   if (files.empty() || o.fields.empty()) {
-    throw ConfigError("expected FILE... TOPIC.FIELD..., as in run.mcap bridge/arm.position_rad[*]");
+    throw ConfigError(
+        "expected FILE... TOPIC.FIELD..., as in run.mcap bridge/joint_states.position_rad[*]");
   }
   std::uint64_t failures = 0, samples = 0;
   const auto curves = read_curves(open_logs(files), o, failures);
@@ -436,7 +437,8 @@ void add_plot(CLI::App& verb, int& exit_code) {
   sub->add_flag("--json", o->json, "Print one JSON object at the end");
   sub->footer(
       "Fields of different units get a panel each, with a common axis of time. Needs gnuplot.\n"
-      "Example: mimesis log plot run.mcap bridge/arm.position_rad[*] planner/status.state -o "
+      "Example: mimesis log plot run.mcap bridge/joint_states.position_rad[*] planner/status.state "
+      "-o "
       "arm.svg");
   on_run(*sub, exit_code, [o] { return run_plot(*o); });
 }

@@ -77,7 +77,7 @@ class CurveThinning {
 /// Values of one field, or of one element, over time.
 struct Curve {
   std::size_t field = 0;  ///< index in PlotOptions::fields
-  std::string label;      ///< "bridge/arm.position_rad[0]"
+  std::string label;      ///< "bridge/joint_states.position_rad[0]"
   Quantity quantity;
   /// names of the values that occur in an enum or a boolean field
   std::map<int, std::string> words;

@@ -51,9 +51,9 @@ struct RecordOptions {
   SnapshotOptions snapshot;
   DiskLimits limits;
   std::string when_full = "stop";
-  std::vector<std::string> references;  ///< TOPIC:KEY=VALUE
-  std::chrono::nanoseconds sync{0};     ///< period of fsync; 0: never
-  bool quiet = false;                   ///< no live counts
+  std::vector<std::string> elided;   ///< TOPIC:KEY=VALUE
+  std::chrono::nanoseconds sync{0};  ///< period of fsync; 0: never
+  bool quiet = false;                ///< no live counts
   bool json = false;
 };
 
@@ -96,16 +96,16 @@ Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns) {
   return m;
 }
 
-/// Topics that are recorded as references, and when: a node whose parameters do not show that it
+/// Topics whose payloads are elided, and when: a node whose parameters do not show that it
 /// can compute its messages again keeps them whole.
-class References {
+class ElidedTopics {
  public:
   /// "TOPIC:KEY=VALUE". @throws ConfigError
-  explicit References(const std::vector<std::string>& options) {
+  explicit ElidedTopics(const std::vector<std::string>& options) {
     for (const std::string& text : options) {
       const std::size_t colon = text.find(':'), equals = text.find('=', colon + 1);
       if (colon == std::string::npos || equals == std::string::npos)
-        throw ConfigError("--reference '" + text + "': expected TOPIC:KEY=VALUE");
+        throw ConfigError("--elide '" + text + "': expected TOPIC:KEY=VALUE");
       wanted_[text.substr(0, colon)] = {text.substr(colon + 1, equals - colon - 1),
                                         text.substr(equals + 1)};
     }
@@ -120,8 +120,8 @@ class References {
     if (parameters == parameters_.end()) return;
     const runtime::Yaml* value = parameters->second.find(wanted->second.key);
     if (value == nullptr || value->text != wanted->second.value) return;
-    message.payload = reference_to(message.payload);
-    message.reference = true;
+    message.payload = elide(message.payload);
+    message.elided = true;
   }
 
  private:
@@ -165,7 +165,7 @@ class Recorder {
   explicit Recorder(const RecordOptions& options)
       : options_(options),
         filter_(options.topics, options.regex, options.exclude),
-        references_(options.references),
+        elided_(options.elided),
         output_(open_output()),
         recording_([this](Recorded message, WallTime now) {
           std::visit([&](auto& output) { output.write(std::move(message), now); }, output_);
@@ -267,7 +267,7 @@ class Recorder {
           tapped->publisher != nullptr && tapped->publisher->started_ns() > ready_ns_;
       Recorded message = recorded(*std::move(tapped), now_ns());
       bytes_received_ += message.payload.size();
-      references_.apply(message);
+      elided_.apply(message);
       if (message.ordered) {
         graph_time_ = std::max(graph_time_, std::chrono::nanoseconds(message.log_time_ns));
       }
@@ -383,7 +383,7 @@ class Recorder {
 
   const RecordOptions& options_;
   const TopicFilter filter_;
-  References references_;
+  ElidedTopics elided_;
   const StopSignals stop_;  // to the end: the file is to be closed
   runtime::GraphTime time_{runtime::graph_directory(runtime::graph_name())};
   std::optional<runtime::Tap> tap_;
@@ -506,7 +506,7 @@ void add_recorded(CLI::App& record, RecordOptions& o) {
   record.add_option("--attach", o.attach, "Store this file in the log (repeatable)")
       ->allow_extra_args(false);
   record
-      .add_option("--reference", o.references,
+      .add_option("--elide", o.elided,
                   "Store messages of TOPIC without their large fields if KEY of their node's "
                   "parameters is VALUE, by which it can compute them again: mimesis log restore "
                   "(repeatable)")

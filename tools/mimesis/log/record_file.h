@@ -24,8 +24,8 @@
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
 #include "tools/mimesis/human.h"
+#include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/provenance.h"
-#include "tools/mimesis/log/reference.h"
 
 // A recording: messages on their way into it, its files, and snapshots.
 namespace mimesis::tool {
@@ -54,8 +54,8 @@ struct Recorded {
   std::uint64_t seq = 0;
   std::uint64_t lost_before = 0;  ///< missing between the one before and this one
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
-  bool ordered = false;    ///< log_time is a time of the graph: equal ones are sorted by node
-  bool reference = false;  ///< the payload is reference_to() what was published
+  bool ordered = false;  ///< log_time is a time of the graph: equal ones are sorted by node
+  bool elided = false;   ///< the payload is elide() what was published
   std::string payload;
 };
 
@@ -294,7 +294,7 @@ class RecordFile {
   static constexpr std::size_t kUnderWay = 3;  ///< chunks that the writer keeps before it waits
 
   std::uint16_t channel(const Recorded& message) {
-    std::tuple key{message.topic, message.node, message.type, message.start_id, message.reference};
+    std::tuple key{message.topic, message.node, message.type, message.start_id, message.elided};
     if (const auto it = channels_.find(key); it != channels_.end()) return it->second;
     const std::size_t start = writer_.open_chunk_bytes();
     auto schema = schemas_.find({message.type, message.type_hash});
@@ -309,7 +309,7 @@ class RecordFile {
         {"latched", message.latched ? "true" : "false"},
         {"type_hash", fmt::format("{:016x}", message.type_hash)},
         {"start_id", std::to_string(message.start_id)}};
-    if (message.reference) metadata[kReferenceKey] = "mimesis log restore";
+    if (message.elided) metadata[kElidedKey] = "mimesis log restore";
     const auto id = written(
         writer_.add_channel(schema->second, message.topic, "protobuf", std::move(metadata)));
     schema_bytes_ += middle - start;
@@ -328,7 +328,7 @@ class RecordFile {
   std::unique_ptr<log::Sink> sink_;
   log::Writer writer_;
   std::map<std::pair<std::string, std::uint64_t>, std::uint16_t> schemas_;  ///< by type and hash
-  /// By topic, node, type, start, and whether they are references.
+  /// By topic, node, type, start, and whether they are elided.
   std::map<std::tuple<std::string, std::string, std::string, std::uint64_t, bool>, std::uint16_t>
       channels_;
   std::uint64_t schema_bytes_ = 0, channel_bytes_ = 0;  ///< the summary repeats them

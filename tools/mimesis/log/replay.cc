@@ -29,27 +29,28 @@ using nlohmann::ordered_json;
 constexpr int kNotInLog = 3, kReplayTimedOut = 3;
 constexpr std::size_t kFieldsShown = 20;
 
-/// One life of a node, run again step by step: the program steps with the recorded inputs, and all
+/// One run of a node, run again step by step: the program steps with the recorded inputs, and all
 /// outputs are compared.
-class LifeReplay {
+class NodeReplay {
  public:
-  LifeReplay(const std::vector<OpenLog>& logs, const Life& life, const ReplayOptions& options,
-             const StopSignals& stop)
-      : life_(life),
+  NodeReplay(const std::vector<OpenLog>& logs, const NodeRun& node_run,
+             const ReplayOptions& options, const StopSignals& stop)
+      : run_(node_run),
         options_(options),
         stop_(stop),
-        reader_(logs, life),
+        reader_(logs, node_run),
         messages_(options.tolerance),
-        comparison_(life, reader_, messages_) {}
+        comparison_(node_run, reader_, messages_) {}
 
   ReplayReport run(const std::string& program, const ReplayProgress& progress) {
     const auto started = std::chrono::steady_clock::now();
     PacketProcess node(
         "the node",
         [&](int socket) {
-          return replay_command(program, life_, folder_.path(), options_.sets, socket);
+          return replay_command(program, run_, folder_.path(), options_.sets, socket);
         },
         options_.timeout_s);
+    report_.notes = run_.renamed;
     while (advance(node)) progress(reader_.log_time_ns());
     finish(node);
     report_.wall_s = to_seconds(std::chrono::steady_clock::now() - started);
@@ -107,7 +108,7 @@ class LifeReplay {
 
   void follow_time(const RecordedStep& step) {
     if (step.record.kind() == v1::STEP_KIND_CREATE) return;  // before the clock is known
-    end_s_ = life_.seconds(step.record.time_ns());
+    end_s_ = run_.seconds(step.record.time_ns());
     if (comparison_.counts().steps == 1) begin_s_ = end_s_;
   }
 
@@ -159,10 +160,10 @@ class LifeReplay {
     }
   }
 
-  const Life& life_;
+  const NodeRun& run_;
   const ReplayOptions& options_;
   const StopSignals& stop_;
-  LifeReader reader_;
+  NodeRunReader reader_;
   ReplayCompare messages_;
   StepComparison comparison_;
   TemporaryFolder folder_;  ///< holds the parameters
@@ -290,10 +291,10 @@ int report(ReportHead head, const RunCount& count, bool json, const StopSignals&
 }
 
 /// Prints one line per node that was asked for and cannot be replayed; returns their number.
-int report_absent(const std::vector<OpenLog>& logs, const std::vector<Life>& lives,
+int report_absent(const std::vector<OpenLog>& logs, const std::vector<NodeRun>& node_runs,
                   const std::vector<std::string>& wanted) {
   const std::string& file = logs.front().path;
-  if (wanted.empty() && lives.empty()) {
+  if (wanted.empty() && node_runs.empty()) {
     std::cerr << fmt::format(
         "{}: no node can be replayed: the log holds no NODE/start (an older recording, or these "
         "topics were left out)\n",
@@ -306,7 +307,9 @@ int report_absent(const std::vector<OpenLog>& logs, const std::vector<Life>& liv
   const std::vector<std::string> known(senders.begin(), senders.end());
   int absent = 0;
   for (const std::string& node : wanted) {
-    if (std::ranges::any_of(lives, [&](const Life& life) { return life.node() == node; })) continue;
+    if (std::ranges::any_of(node_runs,
+                            [&](const NodeRun& node_run) { return node_run.node() == node; }))
+      continue;
     ++absent;
     if (senders.contains(node)) {
       std::cerr << fmt::format(
@@ -323,24 +326,24 @@ int report_absent(const std::vector<OpenLog>& logs, const std::vector<Life>& liv
 
 int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
                  const StopSignals& stop) {
-  std::vector<Life> lives = find_lives(logs);
-  const int absent = report_absent(logs, lives, options.nodes);
+  std::vector<NodeRun> node_runs = find_node_runs(logs);
+  const int absent = report_absent(logs, node_runs, options.nodes);
   std::set<std::string> names;
-  std::erase_if(lives, [&](const Life& life) {
+  std::erase_if(node_runs, [&](const NodeRun& node_run) {
     const bool wanted = options.nodes.empty() ||
-                        std::ranges::find(options.nodes, life.node()) != options.nodes.end();
-    if (wanted) names.insert(life.node());
+                        std::ranges::find(options.nodes, node_run.node()) != options.nodes.end();
+    if (wanted) names.insert(node_run.node());
     return !wanted;
   });
   if (names.size() > 1 && !options.sets.empty()) {
     throw ConfigError("mimesis log replay: --set is for one node: name it");
   }
   int exit_code = absent > 0 ? kNotInLog : 0;
-  for (const Life& life : lives) {
-    const std::string program = program_of(life, options.program);
+  for (const NodeRun& node_run : node_runs) {
+    const std::string program = program_of(node_run, options.program);
     const RunCount count =
-        repeat("replay " + life.node(), logs, options, [&](const ReplayProgress& progress) {
-          return LifeReplay(logs, life, options, stop).run(program, progress);
+        repeat("replay " + node_run.node(), logs, options, [&](const ReplayProgress& progress) {
+          return NodeReplay(logs, node_run, options, stop).run(program, progress);
         });
     const ReplayReport& r = count.shown;
     const ReplayCounts& n = r.counts;
@@ -348,10 +351,10 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
                                     n.steps, r.graph_s, n.inputs, n.outputs);
     if (n.writes > 0) words += fmt::format("{} packets written, ", n.writes);
     if (n.responses > 0) words += fmt::format("{} responses, ", n.responses);
-    const ReportHead head{.name = life.node(),
-                          .json = {{"node", life.node()},
-                                   {"start_id", life.start.start_id()},
-                                   {"clock", life.start.clock()}},
+    const ReportHead head{.name = node_run.node(),
+                          .json = {{"node", node_run.node()},
+                                   {"start_id", node_run.start.start_id()},
+                                   {"clock", node_run.start.clock()}},
                           .figures = {{"steps", n.steps},
                                       {"graph_s", r.graph_s},
                                       {"wall_s", r.wall_s},

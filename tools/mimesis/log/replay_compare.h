@@ -26,7 +26,8 @@ class ReplayCompare {
                          std::map<std::string, std::set<std::string>> ignored = {})
       : tolerance_(tolerance), ignored_(std::move(ignored)) {}
 
-  /// `schema`: of the recorded one, may be null.
+  /// `schema`: of the recorded one, may be null. If it is that of an older version, fields that
+  /// only one version has do not count.
   MessageDifference compare(const std::string& topic, const log::Schema* schema,
                             std::string_view recorded, std::string_view replayed) {
     if (recorded == replayed) return {};
@@ -34,8 +35,11 @@ class ReplayCompare {
     DiffRules rules{.tolerance = tolerance_, .exact = tolerance_ == 0.0, .limit = kFieldsKept};
     const auto ignored = ignored_.find(schema == nullptr ? "" : schema->name);
     if (ignored != ignored_.end()) rules.ignore = ignored->second;
+    const log::Schema* present = schema == nullptr ? nullptr : &present_schema(*schema);
+    rules.across_versions = present != schema;
     WorstDifferences worst;
-    MessageDifference found = payloads_.diff({recorded, schema}, {replayed, schema}, rules, &worst);
+    MessageDifference found =
+        payloads_.diff({recorded, schema}, {replayed, present}, rules, &worst);
     if (!found.equal()) return found;
     for (const auto& [field, difference] : worst) {
       double& most = tolerated_[{topic, field}];
@@ -46,8 +50,18 @@ class ReplayCompare {
   const Tolerated& tolerated() const { return tolerated_; }
 
  private:
+  /// What this version has for the type: `recorded` itself if they are equal or it has none.
+  const log::Schema& present_schema(const log::Schema& recorded) {
+    const auto [it, first] = present_.try_emplace(recorded.name, recorded);
+    const google::protobuf::Descriptor* type =
+        google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(recorded.name);
+    if (first && type != nullptr) it->second.data = runtime::descriptor_set(*type);
+    return it->second.data == recorded.data ? recorded : it->second;
+  }
+
   double tolerance_;
   std::map<std::string, std::set<std::string>> ignored_;
+  std::map<std::string, log::Schema> present_;  ///< by type
   PayloadDiff payloads_;
   Tolerated tolerated_;
 };
@@ -68,12 +82,12 @@ struct ReplayCounts {
   std::uint64_t bytes = 0;  ///< bytes of these messages
 };
 
-/// Compares what replayed steps of one life did with the record.
+/// Compares what replayed steps of one run did with the record.
 class StepComparison {
  public:
   /// All outlive it.
-  StepComparison(const Life& life, LifeReader& reader, ReplayCompare& messages)
-      : life_(life), reader_(reader), messages_(messages) {}
+  StepComparison(const NodeRun& node_run, NodeRunReader& reader, ReplayCompare& messages)
+      : run_(node_run), reader_(reader), messages_(messages) {}
 
   /// All differences of a step, the likely cause first.
   std::vector<ReplayDifference> compare(const RecordedStep& step,
@@ -100,7 +114,7 @@ class StepComparison {
   ReplayDifference& differs(std::string what) {
     ReplayDifference& d = found_.emplace_back();
     d.step = step_->number;
-    d.time_s = life_.seconds(step_->record.time_ns());
+    d.time_s = run_.seconds(step_->record.time_ns());
     d.what = std::move(what);
     return d;
   }
@@ -196,8 +210,8 @@ class StepComparison {
     }
   }
 
-  const Life& life_;
-  LifeReader& reader_;
+  const NodeRun& run_;
+  NodeRunReader& reader_;
   ReplayCompare& messages_;
   const RecordedStep* step_ = nullptr;   ///< being compared
   std::vector<ReplayDifference> found_;  ///< in it

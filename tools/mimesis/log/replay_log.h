@@ -14,6 +14,7 @@
 #include "common/runtime/own_topics.h"
 #include "common/runtime/value_text.h"
 #include "proto/steps.pb.h"
+#include "tools/mimesis/log/former_names.h"
 #include "tools/mimesis/log/open_log.h"
 
 // The recorded steps of a node.
@@ -45,12 +46,13 @@ struct KeptMessage {
 /// Logs keep the lower half of the sequence number.
 constexpr std::uint64_t logged_seq(std::uint64_t seq) { return seq & 0xFFFF'FFFFu; }
 
-/// A node from its start to its end, from the logs. A restarted node has several lives.
-struct Life {
+/// A node from its start to its end, from the logs. A restarted node has several node_runs.
+struct NodeRun {
   v1::NodeStart start;
   std::uint64_t log_time_ns = 0;  ///< log time of its first message
   std::uint64_t step_logs = 0;    ///< messages on NODE/steps [1]
   std::uint64_t other_steps = 0;  ///< messages on this topic of unknown starts: in old logs [1]
+  std::vector<std::string> renamed{};  ///< what an older version called otherwise: for people
 
   const std::string& node() const { return start.node(); }
   std::string steps_topic() const { return node() + "/" + std::string(runtime::kStepsPort); }
@@ -66,36 +68,37 @@ inline std::uint64_t start_id_of(const log::Channel& channel) {
   return runtime::to_whole<std::uint64_t>(start_of(channel)).value_or(0);
 }
 
-/// Every life in the logs that left a NODE/start, in order of time.
-inline std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
-  std::vector<Life> lives;
+/// Every run in the logs that left a NODE/start, in order of time.
+inline std::vector<NodeRun> find_node_runs(const std::vector<OpenLog>& logs) {
+  std::vector<NodeRun> node_runs;
   auto reader = merged(logs, {.channel = [](const log::Channel& channel) {
                          return runtime::is_own_topic(channel.topic, runtime::kStartPort);
                        }});
   const std::string type = v1::NodeStart::descriptor()->full_name();
   while (const Item* item = reader.next()) {
-    Life life;
-    if (item->schema == nullptr || item->schema->name != type || !parse(*item, life.start))
+    NodeRun node_run;
+    if (item->schema == nullptr || item->schema->name != type || !parse(*item, node_run.start))
       continue;
-    const bool known = std::ranges::any_of(lives, [&](const Life& other) {
-      return other.node() == life.node() && other.start.start_id() == life.start.start_id();
+    const bool known = std::ranges::any_of(node_runs, [&](const NodeRun& other) {
+      return other.node() == node_run.node() && other.start.start_id() == node_run.start.start_id();
     });
     if (known) continue;  // repeated at the head of a split
-    life.log_time_ns = item->message->log_time;
+    node_run.renamed = rename_former(node_run.start);
+    node_run.log_time_ns = item->message->log_time;
     for (const OpenChannel& c : channels_of(logs)) {
       const auto& counts = c.log->summary.statistics.channel_message_counts;
       const auto count = counts.find(c.channel->id);
-      if (c.channel->topic != life.steps_topic() || count == counts.end()) continue;
+      if (c.channel->topic != node_run.steps_topic() || count == counts.end()) continue;
       const std::uint64_t start = start_id_of(*c.channel);
-      if (start == life.start.start_id()) {
-        life.step_logs += count->second;
+      if (start == node_run.start.start_id()) {
+        node_run.step_logs += count->second;
       } else if (start == 0) {
-        life.other_steps += count->second;
+        node_run.other_steps += count->second;
       }
     }
-    lives.push_back(std::move(life));
+    node_runs.push_back(std::move(node_run));
   }
-  return lives;
+  return node_runs;
 }
 
 /// One step with all that belongs to it.
@@ -105,17 +108,17 @@ struct RecordedStep {
   std::vector<v1::InputSource> sources;  ///< sources of record.taken
 };
 
-/// Reads the steps of one life, front to back in one pass. Holds only the data that later steps may
+/// Reads the steps of one run, front to back in one pass. Holds only the data that later steps may
 /// need: outputs until they are asked for; an input that keeps the latest message until a newer one
 /// has replaced it; queues may lag behind without limit, so bytes limit the kept inputs; discarded
 /// ones are known. Messages may stand some seconds behind the step they belong to: others received
 /// them first.
-class LifeReader {
+class NodeRunReader {
  public:
   /// Both outlive the reader.
-  LifeReader(const std::vector<OpenLog>& logs, const Life& life,
-             std::size_t most_input_bytes = kMostInputBytes)
-      : life_(life), most_bytes_(most_input_bytes), reader_(merged(logs, selection(logs))) {}
+  NodeRunReader(const std::vector<OpenLog>& logs, const NodeRun& node_run,
+                std::size_t most_input_bytes = kMostInputBytes)
+      : run_(node_run), most_bytes_(most_input_bytes), reader_(merged(logs, selection(logs))) {}
 
   /// Next step; nothing at the end of what can be replayed: see `problem`.
   std::optional<RecordedStep> next() {
@@ -129,7 +132,7 @@ class LifeReader {
                         step_log_.steps(next_step_++),
                         {step_log_.sources().begin(), step_log_.sources().end()}};
   }
-  /// Why there are no more steps though there should be; empty at the end of the life.
+  /// Why there are no more steps though there should be; empty at the end of the run.
   const std::string& problem() const { return problem_; }
 
   /// A message that the step just returned took, or null if it is not in the log. In the order of
@@ -138,14 +141,14 @@ class LifeReader {
     const auto track = tracks_.find(key(source));
     return track == tracks_.end() ? nullptr : take(track->second, logged_seq(seq));
   }
-  /// An output of the life, or null; valid until the next call. Earlier ones of the topic are let
+  /// An output of the run, or null; valid until the next call. Earlier ones of the topic are let
   /// go then.
   const KeptMessage* output(const std::string& topic, std::uint64_t seq) {
     const auto track = tracks_.find(output_key(topic));
     if (track == tracks_.end() || logged_seq(seq) == 0) return nullptr;
     return take(track->second, logged_seq(seq));
   }
-  /// The log holds this topic as one of this life; messages of it may be missing all the same.
+  /// The log holds this topic as one of this run; messages of it may be missing all the same.
   bool has_output(const std::string& topic) const { return tracks_.contains(output_key(topic)); }
   bool has_input(const v1::InputSource& source) const { return tracks_.contains(key(source)); }
   /// The input was in the log, but too many bytes of inputs waited for a step.
@@ -185,29 +188,29 @@ class LifeReader {
   using Key = std::tuple<std::string, std::uint64_t, std::string>;  ///< topic, start, input port
   /// Where messages of a channel go.
   struct Use {
-    bool steps = false;  ///< it is NODE/steps of this life
+    bool steps = false;  ///< it is NODE/steps of this run
     std::vector<Track*> tracks;
   };
 
   static Key key(const v1::InputSource& source) {
     return {source.topic(), source.start_id(), source.port()};
   }
-  Key output_key(const std::string& topic) const { return {topic, life_.start.start_id(), ""}; }
+  Key output_key(const std::string& topic) const { return {topic, run_.start.start_id(), ""}; }
 
   /// Also makes the tracks, so that missing topics differ from missing messages.
   log::Selection selection(const std::vector<OpenLog>& logs) {
     for (const OpenChannel& c : channels_of(logs)) {
       const log::Channel& channel = *c.channel;
       const std::uint64_t start = start_id_of(channel);
-      const bool own = sender_of(channel) == life_.node() && start == life_.start.start_id();
-      Use use{own && channel.topic == life_.steps_topic(), {}};
+      const bool own = sender_of(channel) == run_.node() && start == run_.start.start_id();
+      Use use{own && channel.topic == run_.steps_topic(), {}};
       const auto feed = [&](const Key& key, Role role) {
         use.tracks.push_back(&tracks_[key]);
         use.tracks.back()->role = role;
       };
       if (own && !runtime::is_own_topic(channel.topic))
         feed(output_key(channel.topic), Role::output);
-      for (const v1::TopicInfo& input : life_.start.inputs()) {
+      for (const v1::TopicInfo& input : run_.start.inputs()) {
         if (input.topic() != channel.topic || input.port().starts_with('.')) continue;  // runtime's
         feed({channel.topic, start, input.port()},
              input.policy() == "latest" ? Role::latest : Role::queue);
@@ -227,10 +230,9 @@ class LifeReader {
       read_step_log(*item);
       return true;
     }
-    const bool before_life =
-        log_time_ns_ + kLate < life_.log_time_ns && !is_latched(*item->channel);
+    const bool before_run = log_time_ns_ + kLate < run_.log_time_ns && !is_latched(*item->channel);
     for (Track* track : use.tracks) {
-      if (track->role == Role::output || !before_life) keep(*track, *item);
+      if (track->role == Role::output || !before_run) keep(*track, *item);
     }
     return true;
   }
@@ -302,13 +304,14 @@ class LifeReader {
     last_step_log_seq_ = item.message->sequence;
     v1::StepLog log;
     if (parse(item, log)) {
+      rename_former(run_.start.executable(), log);
       waiting_.emplace_back(item.message->log_time, std::move(log));
     } else {
       ++step_logs_unreadable_;
     }
   }
   bool next_step_log() {
-    while (waiting_.empty() && step_logs_read_ < life_.step_logs && read()) {
+    while (waiting_.empty() && step_logs_read_ < run_.step_logs && read()) {
     }
     if (waiting_.empty()) {
       problem_ = no_step_log();
@@ -322,18 +325,18 @@ class LifeReader {
   }
   /// Why there is no further one; empty if these were all.
   std::string no_step_log() const {
-    const std::string topic = life_.steps_topic();
-    if (life_.step_logs == 0 && life_.other_steps > 0) {
+    const std::string topic = run_.steps_topic();
+    if (run_.step_logs == 0 && run_.other_steps > 0) {
       return fmt::format(
           "the {} messages on {} do not tell which start of the node they are of (no start_id: an "
           "older recording, or converted)",
-          life_.other_steps, topic);
+          run_.other_steps, topic);
     }
-    if (life_.step_logs == 0) return fmt::format("there is no message on {} in the log", topic);
+    if (run_.step_logs == 0) return fmt::format("there is no message on {} in the log", topic);
     const std::uint64_t unread =
-        life_.step_logs - std::min(life_.step_logs, step_logs_read_) + step_logs_unreadable_;
+        run_.step_logs - std::min(run_.step_logs, step_logs_read_) + step_logs_unreadable_;
     if (unread > 0) {
-      return fmt::format("{} of the {} messages on {} cannot be read", unread, life_.step_logs,
+      return fmt::format("{} of the {} messages on {} cannot be read", unread, run_.step_logs,
                          topic);
     }
     return next_number_ == 0 ? fmt::format("the messages on {} hold no step", topic) : "";
@@ -366,7 +369,7 @@ class LifeReader {
     return problem_.empty();
   }
 
-  const Life& life_;
+  const NodeRun& run_;
   std::size_t most_bytes_, bytes_ = 0;  ///< bytes of the inputs
   std::map<Key, Track> tracks_;
   std::unordered_map<const log::Channel*, Use> uses_;

@@ -10,35 +10,35 @@
 #include "tools/mimesis/log/replay.h"
 #include "tools/mimesis/log/replay_log.h"
 
-// A recorded life of a node, stepped again: shared by the verbs that compare and that restore.
+// A recorded run of a node, stepped again: shared by the verbs that compare and that restore.
 namespace mimesis::tool {
 
-/// Path of the program that ran a life, or of the `wanted` one (a folder: of the same name in it).
+/// Path of the program that ran a run, or of the `wanted` one (a folder: of the same name in it).
 /// @throws ConfigError if there is none
-inline std::string program_of(const Life& life, std::string wanted) {
-  if (wanted.empty()) wanted = life.start.executable();
+inline std::string program_of(const NodeRun& node_run, std::string wanted) {
+  if (wanted.empty()) wanted = node_run.start.executable();
   if (std::error_code ignored; std::filesystem::is_directory(wanted, ignored)) {
-    wanted += "/" + life.start.executable();
+    wanted += "/" + node_run.start.executable();
   }
   const std::string path = launch::find_executable(wanted);
   if (path.empty()) {
     throw ConfigError(fmt::format(
         "node '{}': there is no program '{}' beside this one or on PATH; --exec PATH names another",
-        life.node(), wanted));
+        node_run.node(), wanted));
   }
   return path;
 }
 
 /// The program as a replay starts it; `socket`: its steps come there. `folder` is for its
 /// parameters.
-inline launch::Command replay_command(const std::string& program, const Life& life,
+inline launch::Command replay_command(const std::string& program, const NodeRun& node_run,
                                       const std::string& folder,
                                       const std::vector<std::string>& sets, int socket) {
   const std::string parameters =
-      folder + "/" + std::filesystem::path(life.node()).filename().string() + ".yaml";
-  std::ofstream(parameters) << life.start.parameters();
-  std::vector<std::string> argv{program,     "--replay", std::to_string(socket), "--name",
-                                life.node(), "--clock",  life.start.clock(),     "--params",
+      folder + "/" + std::filesystem::path(node_run.node()).filename().string() + ".yaml";
+  std::ofstream(parameters) << node_run.start.parameters();
+  std::vector<std::string> argv{program,         "--replay", std::to_string(socket), "--name",
+                                node_run.node(), "--clock",  node_run.start.clock(), "--params",
                                 parameters};
   for (const std::string& set : sets) argv.insert(argv.end(), {"--set", set});
   const auto wire = [&argv](const char* option, const auto& topics) {
@@ -47,12 +47,12 @@ inline launch::Command replay_command(const std::string& program, const Life& li
       argv.insert(argv.end(), {option, t.port() + "=" + t.topic()});
     }
   };
-  wire("--in", life.start.inputs());
-  wire("--out", life.start.outputs());
+  wire("--in", node_run.start.inputs());
+  wire("--out", node_run.start.outputs());
   return {argv, {}};
 }
 
-inline std::string missing_input(const LifeReader& reader, const RecordedStep& step,
+inline std::string missing_input(const NodeRunReader& reader, const RecordedStep& step,
                                  const v1::InputSource& source, std::uint64_t seq) {
   std::string why = "the message is not in the log: lost";
   if (!reader.has_input(source)) why = "the log does not hold this topic of that node";
@@ -64,8 +64,8 @@ inline std::string missing_input(const LifeReader& reader, const RecordedStep& s
                      source.topic(), seq, source.node(), source.port(), why);
 }
 
-/// What the node is to do: the step with all it took. Returns why it cannot, or nothing.
-inline std::string fill_step(LifeReader& reader, const RecordedStep& step,
+/// Gives the node a step with all its inputs. Returns why it cannot take them, or nothing.
+inline std::string fill_step(NodeRunReader& reader, const RecordedStep& step,
                              v1::ReplayStep& message) {
   *message.mutable_step() = step.record;
   for (const v1::TakenMessage& taken : step.record.taken()) {

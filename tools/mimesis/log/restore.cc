@@ -1,4 +1,4 @@
-// `mimesis log restore`: runs the nodes whose messages a log holds as references again, and writes
+// `mimesis log restore`: runs the nodes again whose payloads are elided in a log, and writes
 // the log with the messages as they were.
 #include "tools/mimesis/log/restore.h"
 
@@ -9,7 +9,7 @@
 #include <iostream>
 #include <set>
 
-#include "tools/mimesis/log/reference.h"
+#include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/replay_step.h"
 #include "tools/mimesis/log/rewrite.h"
 #include "tools/mimesis/log/verb_options.h"
@@ -23,12 +23,13 @@ constexpr double kStepTimeout_s = 60.0;
 class Producer {
  public:
   /// @param topics of its messages that will be asked for
-  Producer(const std::vector<OpenLog>& logs, const Life& life, const std::set<std::string>& topics)
-      : reader_(logs, life),
+  Producer(const std::vector<OpenLog>& logs, const NodeRun& node_run,
+           const std::set<std::string>& topics)
+      : reader_(logs, node_run),
         node_(
-            "node '" + life.node() + "'",
+            "node '" + node_run.node() + "'",
             [&](int socket) {
-              return replay_command(program_of(life, ""), life, folder_.path(), {}, socket);
+              return replay_command(program_of(node_run, ""), node_run, folder_.path(), {}, socket);
             },
             kStepTimeout_s) {
     for (const std::string& topic : topics) waiting_[topic];
@@ -65,16 +66,17 @@ class Producer {
     }
   }
 
-  LifeReader reader_;
+  NodeRunReader reader_;
   TemporaryFolder folder_;
   PacketProcess node_;
   std::map<std::string, std::map<std::uint64_t, std::string>> waiting_;  ///< by topic and seq
 };
 
-/// Makes whole messages of references.
+/// Makes whole messages of elided ones.
 class Restorer {
  public:
-  explicit Restorer(const std::vector<OpenLog>& logs) : logs_(logs), lives_(find_lives(logs)) {}
+  explicit Restorer(const std::vector<OpenLog>& logs)
+      : logs_(logs), node_runs_(find_node_runs(logs)) {}
 
   /// @throws VerbEnd if it cannot be computed, or if other bytes are
   std::string whole(const Item& item) {
@@ -82,7 +84,7 @@ class Restorer {
     auto& producer = producers_[{sender_of(channel), start_id_of(channel)}];
     if (producer == nullptr) producer = make(channel);
     std::string payload = producer->take(channel.topic, item.message->sequence);
-    if (reference_to(payload) != item.message->data) {
+    if (elide(payload) != item.message->data) {
       throw VerbEnd{fmt::format("{} #{} is computed differently here than it was recorded: another "
                                 "version of the program, or another machine",
                                 channel.topic, item.message->sequence),
@@ -93,35 +95,36 @@ class Restorer {
 
  private:
   std::unique_ptr<Producer> make(const log::Channel& channel) {
-    const auto life = std::ranges::find_if(lives_, [&](const Life& l) {
+    const auto node_run = std::ranges::find_if(node_runs_, [&](const NodeRun& l) {
       return l.node() == sender_of(channel) && l.start.start_id() == start_id_of(channel);
     });
-    if (life == lives_.end()) {
-      throw VerbEnd{fmt::format("{}: its messages are references, but the log holds no {}/start",
+    if (node_run == node_runs_.end()) {
+      throw VerbEnd{fmt::format("{}: its payloads are elided, but the log holds no {}/start",
                                 channel.topic, sender_of(channel)),
                     1};
     }
     std::set<std::string> topics;
     for (const OpenChannel& c : channels_of(logs_)) {
-      if (is_reference(*c.channel) && sender_of(*c.channel) == life->node())
+      if (is_elided(*c.channel) && sender_of(*c.channel) == node_run->node())
         topics.insert(c.channel->topic);
     }
-    return std::make_unique<Producer>(logs_, *life, topics);
+    return std::make_unique<Producer>(logs_, *node_run, topics);
   }
 
   const std::vector<OpenLog>& logs_;
-  std::vector<Life> lives_;
+  std::vector<NodeRun> node_runs_;
   std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Producer>> producers_;
 };
 
-/// Copies all messages, references as what they stand for.
+/// Copies all messages, elided ones whole.
 void restore(const std::vector<OpenLog>& logs, NewLog& out) {
   Restorer restorer(logs);
   std::map<const log::Channel*, log::Channel> whole;
   out.read("restore", logs, {}, [&](const Item& item) {
-    if (!is_reference(*item.channel)) return out.copy(item);
+    if (!is_elided(*item.channel)) return out.copy(item);
     const auto [channel, fresh] = whole.try_emplace(item.channel, *item.channel);
-    if (fresh) channel->second.metadata.erase(kReferenceKey);
+    if (fresh)
+      for (const char* key : {kElidedKey, kFormerElidedKey}) channel->second.metadata.erase(key);
     const std::string payload = restorer.whole(item);
     log::Message message = *item.message;
     message.channel_id = out.channel(channel->second, item.schema);
@@ -145,7 +148,7 @@ std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths) {
   auto logs = open_logs(paths);
   std::set<std::string> topics;
   for (const OpenChannel& c : channels_of(logs)) {
-    if (is_reference(*c.channel)) topics.insert(c.channel->topic);
+    if (is_elided(*c.channel)) topics.insert(c.channel->topic);
   }
   if (topics.empty()) return logs;
   std::cerr << fmt::format("{}: {} is computed again\n", paths.front(), fmt::join(topics, ", "));
@@ -161,14 +164,14 @@ std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths) {
 
 void add_restore(CLI::App& log, int& exit_code) {
   CLI::App* verb = log.add_subcommand(
-      "restore", "Computes messages again that a log holds as references (record --reference)");
+      "restore", "Computes the payloads again that are elided in a log (record --elide)");
   auto o = std::make_shared<RewriteOptions>();
   add_input_output(*verb, o->inputs, o->output);
   add_output_options(*verb, o->output);
   verb->add_flag("--json", o->json, "Print the result as one JSON object");
   verb->footer(
       "Their node runs again step by step; every message is checked against the sum in the log.\n"
-      "play, replay and view do the same by themselves.\n"
+      "play and replay do the same by themselves.\n"
       "Example: mimesis log restore imitation.mcap whole.mcap");
   on_run(*verb, exit_code, [o] {
     take_output(o->inputs, o->output);

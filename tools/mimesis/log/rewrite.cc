@@ -168,66 +168,6 @@ std::vector<std::int64_t> offsets_ns(const MergeOptions& options) {
   return offsets;
 }
 
-// --- sort
-
-constexpr std::uint64_t kHeldPerMessage = 64;  // held besides its payload [bytes]
-constexpr std::size_t kRunChunk = 64 * 1024;   // size of a run that is read back [bytes]
-
-/// A log cut into runs of messages that fit into memory, each sorted: logs beside the output.
-class SortedRuns {
- public:
-  SortedRuns(const SortOptions& options, const OpenLog& log) : options_(options), log_(log) {}
-  ~SortedRuns() {
-    for (const std::string& path : paths_) std::remove(path.c_str());
-  }
-  SortedRuns(const SortedRuns&) = delete;
-  SortedRuns& operator=(const SortedRuns&) = delete;
-
-  /// Equal times stay in the order of the runs: that of the file.
-  void write_to(NewLog& out) {
-    log::StreamReader reader(*log_.source);
-    out.read("sort, first pass", *log_.source, reader, [&](const log::Record& record) {
-      const auto* message = std::get_if<log::Message>(&record);
-      if (message == nullptr) return;
-      held_.push_back({*message, std::string(message->data)});
-      held_bytes_ += message->data.size() + kHeldPerMessage;
-      if (held_bytes_ >= options_.memory) write_run();
-    });
-    write_run();
-    out.read("sort", open_logs(paths_), {}, [&](const Item& item) { out.copy(item); });
-    out.count_damages(log_);
-  }
-
- private:
-  struct Held {
-    log::Message message;
-    std::string data;
-  };
-  void write_run() {
-    std::ranges::stable_sort(held_, {}, [](const Held& h) { return h.message.log_time; });
-    paths_.push_back(fmt::format("{}.run{}", options_.output.path, paths_.size()));
-    NewLog run({paths_.back(), true, log::Compression::none, 1, kRunChunk},
-               std::vector<std::string>());
-    for (Held& held : held_) {
-      const auto channel = log_.summary.channels.find(held.message.channel_id);
-      if (channel == log_.summary.channels.end()) continue;  // told as damage
-      const auto schema = log_.summary.schemas.find(channel->second.schema_id);
-      held.message.data = held.data;
-      run.copy({0, &channel->second,
-                schema == log_.summary.schemas.end() ? nullptr : &schema->second, &held.message});
-    }
-    run.finish();
-    held_.clear();
-    held_bytes_ = 0;
-  }
-
-  const SortOptions& options_;
-  const OpenLog& log_;
-  std::vector<std::string> paths_;
-  std::vector<Held> held_;
-  std::uint64_t held_bytes_ = 0;
-};
-
 // --- recover
 
 class Recovery {
@@ -497,25 +437,6 @@ int log_merge(const MergeOptions& options) {
   return out.conclude(options.json, {{"conflicts", ordered_json(out.conflicts())}});
 }
 
-int log_sort(const SortOptions& options) {
-  auto logs = open_logs(options.inputs);
-  OpenLog& log = logs.front();
-  if (log.summary.from_file) {  // an index that is wrong must not spoil the order
-    auto scanned = log::scan(*log.source);
-    if (!scanned) throw VerbEnd{log.path + ": " + scanned.error().reason, 1};
-    log.summary = std::move(*scanned);
-  }
-  NewLog out(options.output, logs);
-  if (overlap_bytes(log.summary) <= options.memory) {
-    out.read("sort", logs, {}, [&](const Item& item) { out.copy(item); });
-  } else {
-    SortedRuns(options, log).write_to(out);
-  }
-  out.copy_attachments(logs);
-  out.copy_metadata(logs, std::nullopt);
-  return out.conclude(options.json);
-}
-
 Recovered recover(const log::Source& in, const log::Summary& summary, NewLog& out) {
   return Recovery(in, summary, out).run();
 }
@@ -624,26 +545,6 @@ void add_merge(CLI::App& verb, int& exit_code) {
       "Examples:\n  mimesis log merge run_000.mcap run_001.mcap -o run.mcap\n"
       "  mimesis log merge robot.mcap vision.mcap -o both.mcap --offset vision.mcap=-0.012");
   on_run(*merge, exit_code, [o] { return log_merge(*o); });
-}
-
-void add_sort(CLI::App& verb, int& exit_code) {
-  CLI::App* sort =
-      verb.add_subcommand("sort", "Writes a log in the order of log time (like mcap sort)");
-  auto o = std::make_shared<SortOptions>();
-  add_input_output(*sort, o->inputs, o->output);
-  add_output_options(*sort, o->output);
-  add_size_option(*sort, "--memory", o->memory, {std::size_t{1} << 16, std::size_t{1} << 40},
-                  "Most unpacked bytes to hold (default 512MiB); what is further out of order is "
-                  "sorted in files beside the output");
-  sort->add_flag("--json", o->json, "Print the result as one JSON object");
-  sort->footer(
-      "Equal times stay in the order of the file. Every sum of the file is checked; exit code 1 if "
-      "it is damaged.\nExample: mimesis log sort run.mcap -o sorted.mcap");
-  on_run(*sort, exit_code, [o] {
-    take_output(o->inputs, o->output);
-    if (o->inputs.size() != 1) throw ConfigError("expected one log to sort: merge joins several");
-    return log_sort(*o);
-  });
 }
 
 void add_recover(CLI::App& verb, int& exit_code) {

@@ -51,14 +51,6 @@ struct MergeOptions : RewriteOptions {
 std::pair<std::string, double> parse_offset(const std::string& text);
 int log_merge(const MergeOptions& options);
 
-struct SortOptions : RewriteOptions {
-  /// So many unpacked bytes are held at most; a log that is further out of order is sorted in
-  /// pieces, which stand beside the output meanwhile.
-  std::size_t memory = std::size_t{512} << 20;
-};
-/// By log time, equal times in the order of the file. Reads the data, not the index.
-int log_sort(const SortOptions& options);
-
 /// A run of sequence numbers of one publisher that is not in the log.
 struct MissingRun {
   std::uint32_t first_seq = 0;

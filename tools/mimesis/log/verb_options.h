@@ -26,12 +26,10 @@ void add_check(CLI::App& log, int& exit_code);
 void add_recover(CLI::App& log, int& exit_code);
 void add_filter(CLI::App& log, int& exit_code);
 void add_merge(CLI::App& log, int& exit_code);
-void add_sort(CLI::App& log, int& exit_code);
 void add_diff(CLI::App& log, int& exit_code);
 void add_export(CLI::App& log, int& exit_code);
 void add_convert(CLI::App& log, int& exit_code);
 void add_plot(CLI::App& log, int& exit_code);
-void add_view(CLI::App& log, int& exit_code);
 void add_restore(CLI::App& log, int& exit_code);
 void add_clean(CLI::App& log, int& exit_code);
 

@@ -168,9 +168,8 @@ tool::Playback Stage::open(const std::vector<std::string>& files) {
     if (std::ranges::find(kDrawn, c.type()) != kDrawn.end()) drawn.push_back(c.channel->topic);
   }
   if (drawn.empty()) {
-    throw ConfigError(fmt::format(
-        "{}: nothing in it is drawn (no foxglove.SceneUpdate); mimesis log view adds drawings",
-        files.front()));
+    throw ConfigError(
+        fmt::format("{}: nothing in it is drawn (no foxglove.SceneUpdate)", files.front()));
   }
   return tool::Playback(std::move(logs), {.filter = tool::TopicFilter(drawn, "", "")});
 }

@@ -78,7 +78,7 @@ void LiveGraph::step() {
   }
 }
 
-/// What somebody looks at is received, the rest is not.
+/// Subscribes to the topics that somebody looks at, and to no others.
 void LiveGraph::choose() {
   std::set<std::uint32_t> wanted = server_.wanted();
   if (wanted == wanted_) return;

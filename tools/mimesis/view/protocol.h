@@ -21,7 +21,7 @@ inline constexpr std::array<std::string_view, 2> kSubprotocols{"foxglove.sdk.v1"
                                                                "foxglove.websocket.v1"};
 
 struct Channel {
-  std::uint32_t id = 0;  ///< stands for the same topic and type as long as the server lives
+  std::uint32_t id = 0;  ///< stands for the same topic and type as long as the server node_runs
   std::string topic, type;
   std::string descriptors;  ///< serialised FileDescriptorSet
   bool latched = false;     ///< its last message goes to whoever comes later
@@ -53,7 +53,7 @@ struct Parameter {
 
 enum class Level { info, warning, error };
 
-// What the server says.
+// Messages of the server.
 std::string server_info(std::string_view name, std::string_view session,
                         const std::map<std::string, std::string>& metadata, bool may_change);
 std::string advertise(std::span<const Channel> channels);
@@ -67,11 +67,11 @@ std::string status(Level level, std::string_view message, std::string_view id = 
 std::string service_failure(std::uint32_t service, std::uint32_t call, std::string_view why);
 std::string service_answer(std::uint32_t service, std::uint32_t call, std::string_view payload);
 std::string time(std::uint64_t ns);
-/// What stands before the payload of a message.
+/// Header before the payload of a message.
 using MessageHeader = std::array<char, 13>;
 MessageHeader message_header(std::uint32_t subscription, std::uint64_t ns);
 
-// What a client says.
+// Messages of a client.
 struct Subscribe {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< id, channel
 };

@@ -36,7 +36,7 @@ class Server {
   ~Server();
 
   std::uint16_t port() const;
-  /// Of the page, with the key.
+  /// URL of the page, with the key.
   std::string url() const;
 
   void announce(std::vector<Channel> channels);

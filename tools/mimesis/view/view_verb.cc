@@ -135,8 +135,7 @@ void add_view(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0.001, 1000.0))
       ->capture_default_str();
   verb->add_flag("--paused", o->paused, "Of a log: begin at rest");
-  verb->add_flag("--images", o->images,
-                 "Of a log: first compute the images again that it holds as references");
+  verb->add_flag("--images", o->images, "Of a log: first compute its elided images again");
   view::FilmOptions& f = o->film;
   auto* film = verb->add_option("--film", f.film, "Write a film of a log's scene: mp4, webm, gif");
   auto* png = verb->add_option("--png", f.png, "Write a picture of a log's scene");

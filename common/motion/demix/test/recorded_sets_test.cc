@@ -15,7 +15,7 @@ class RecordedSets : public ::testing::Test {
  protected:
   void SetUp() override {
     dir_ = shared_data("data/mocap/sets");
-    if (!std::filesystem::exists(dir_)) GTEST_SKIP() << "no " << dir_;
+    if (!std::filesystem::exists(dir_)) GTEST_SKIP() << "not here: " << dir_;
   }
   mocap::Trials set(const char* name) const { return mocap::read_trials((dir_ / name).string()); }
   std::filesystem::path dir_;

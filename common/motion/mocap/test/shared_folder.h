@@ -9,7 +9,8 @@ namespace mimesis::mocap {
 /// Folder of the recordings, which are no part of the repository; may be absent.
 inline std::string shared_mocap() { return shared_data("data/mocap/").string(); }
 
-#define SKIP_WITHOUT_SHARED() \
-  if (!std::filesystem::exists(shared_mocap())) GTEST_SKIP() << shared_mocap() << " is absent"
+#define SKIP_WITHOUT_SHARED()                   \
+  if (!std::filesystem::exists(shared_mocap())) \
+  GTEST_SKIP() << "not here: " << shared_mocap() << " is absent"
 
 }  // namespace mimesis::mocap

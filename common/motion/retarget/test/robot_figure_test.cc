@@ -39,7 +39,7 @@ TEST(FigureOf, TheBipedsPartsAreThoseOfItsNames) {
 
 TEST(FigureOf, JvrcsPartsComeFromItsDescription) {
   if (!std::filesystem::exists(shared_data("data/robots/jvrc1.urdf"))) {
-    GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+    GTEST_SKIP() << "not here: needs data/robots/jvrc1.urdf of the shared folder";
   }
   const robot::Biped biped = model::load_biped("jvrc1.yaml");
   const RobotFigure f = figure_of(biped);

@@ -278,7 +278,8 @@ mocap::BodyClip recorded(const std::string& file) {
 
 TEST(ToRobot, RecordedWalksKeepFeetAndHandsOnTwoRobots) {
   const std::string shared = shared_data("data/").string();
-  if (!std::filesystem::exists(shared + "mocap")) GTEST_SKIP() << "needs the shared folder's mocap";
+  if (!std::filesystem::exists(shared + "mocap"))
+    GTEST_SKIP() << "not here: needs the shared folder's mocap";
   const robot::Biped jvrc1 = model::load_biped("jvrc1.yaml");
   for (const char* file : {"cmu_bvh/07_01.bvh", "cmu_amc/16_15.amc", "cmu_amc/35_02.amc"}) {
     const mocap::BodyClip walk = recorded(shared + "mocap/" + file);

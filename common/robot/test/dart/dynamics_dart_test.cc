@@ -124,7 +124,7 @@ TEST(DynamicsAgainstDart, Biped) {
 
 TEST(DynamicsAgainstDart, Jvrc1) {
   const auto urdf = shared_data("data/robots/jvrc1.urdf");
-  if (!std::filesystem::exists(urdf)) GTEST_SKIP() << urdf << " is absent";
+  if (!std::filesystem::exists(urdf)) GTEST_SKIP() << "not here: " << urdf << " is absent";
   compare(urdf.string());
 }
 

@@ -87,7 +87,7 @@ class Step {
     wanted_ = dynamics.inverse_dynamics(motion_, torque_);
   }
 
-  /// What ground and push did not do of what the motion asks, about the origin of W.
+  /// Wrench that the motion asks for beyond those of ground and push, about the origin of W.
   robot::Wrench missing() const {
     robot::Wrench missing = wanted_;
     const auto take = [&](const Eigen::Vector3d& point_W, const Eigen::Vector3d& force_W) {

@@ -38,7 +38,7 @@ class Robot : public ::testing::Test {
   }
   void start_bridge(bridge::BridgeParams params = {}) {
     params.robot = "biped.yaml";
-    params.arming = "auto";
+    params.enable = "auto";
     params.buses = four_buses();
     params.hand = "";
     params.start_tolerance_rad = 0.05;
@@ -60,14 +60,14 @@ class Robot : public ::testing::Test {
     }
     bridge->step(now + 1250us);
     if (auto s = bridge_graph->take_last<v1::BridgeStatus>("status")) status = *s;
-    if (auto a = bridge_graph->take_last<v1::JointState>("arm")) feedback = *a;
+    if (auto a = bridge_graph->take_last<v1::JointState>("joint_states")) feedback = *a;
   }
   void tick(bool speak) {
     step_bridge(speak);
     body->step(now + 2500us);
     now += kTick;
     truth = *body_graph.take_last<v1::BodyTruth>("truth");
-    drives = *body_graph.take_last<v1::JointState>("arm");
+    drives = *body_graph.take_last<v1::JointState>("joint_states");
     sensors = *body_graph.take_last<v1::BodySensors>("sensors");
     body_graph.take_last<foxglove::FrameTransforms>("transforms");
     if (auto o = body_graph.take<v1::WalkOutcome>("outcome")) outcomes.push_back(*o);

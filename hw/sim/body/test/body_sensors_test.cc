@@ -209,7 +209,7 @@ TEST(SensorErrors, ExactSensesSayTheTruth) {
   EXPECT_TRUE(s.gyro_I.isZero(0.0) && s.q.isZero(0.0) && s.foot_S[0].force.isZero(0.0));
 }
 
-/// What the accelerometer takes for up at rest is up in the announced attitude.
+/// At rest the accelerometer's direction agrees with the announced attitude.
 TEST(SensorErrors, AccelerometerTiltsAsTheAttitudeDoes) {
   SensorErrors errors({.imu_tilt_rad = 0.05}, 1);
   BodySensors s = at_rest();

@@ -36,7 +36,7 @@ TEST_P(Plants, StandStill) {
 
 TEST_P(Plants, StandStillOnAnotherRobot) {
   if (!std::filesystem::exists(shared_data("data/robots/jvrc1.urdf"))) {
-    GTEST_SKIP() << "no data/robots/jvrc1.urdf in the shared data";
+    GTEST_SKIP() << "not here: no data/robots/jvrc1.urdf in the shared data";
   }
   const TestRobot robot = test_robot("jvrc1.yaml");
   BodyWorld world(robot.biped, robot.urdf, {.plant = GetParam()});

@@ -6,7 +6,7 @@
 #include <csignal>
 
 #include "common/testing/process.h"
-#include "hw/sim/body/body_params_node.h"
+#include "hw/sim/body/body_params.h"
 #include "hw/sim/body/test/bodies.h"
 #include "proto/bridge.pb.h"
 #include "proto/walker.pb.h"
@@ -47,7 +47,7 @@ class RobotProcess : public ::testing::Test {
     std::vector<std::string> arguments = buses();
     // Patience beyond the defaults: a busy machine must not stop the robot in a test about
     // something else.
-    for (const std::string set : {"robot=biped.yaml", "hand=", "arming=auto", "silence_s=0.5",
+    for (const std::string set : {"robot=biped.yaml", "hand=", "enable=auto", "silence_s=0.5",
                                   "feedback_timeout_s=0.5", "start_tolerance_rad=0.05"}) {
       arguments.insert(arguments.end(), {"--set", set});
     }
@@ -94,12 +94,12 @@ class RobotProcess : public ::testing::Test {
   TestGraph graph;
   TestNode peer{graph,
                 {{"truth", "sim_body/truth"},
-                 {"drives", "sim_body/arm"},
-                 {"arm", "bridge/arm"},
+                 {"drives", "sim_body/joint_states"},
+                 {"joint_states", "bridge/joint_states"},
                  {"status", "bridge/status"}},
                 {{"command", "test/command"}}};
   runtime::Latest<v1::BodyTruth> truth{peer.bus(), "truth"};
-  runtime::Latest<v1::JointState> drives{peer.bus(), "drives"}, arm{peer.bus(), "arm"};
+  runtime::Latest<v1::JointState> drives{peer.bus(), "drives"}, arm{peer.bus(), "joint_states"};
   runtime::Latest<v1::BridgeStatus> status{peer.bus(), "status"};
   runtime::Out<v1::JointCommand> command{peer.bus(), "command"};
   std::optional<Process> body, bridge;

@@ -21,7 +21,7 @@ TEST(DrivesNode, PublishesTheTruthAndMakesTroubleOnTime) {
   v1::JointState arm;
   for (runtime::Time now = 5s; now < 5200ms; now += 5ms) {
     node.step(now);
-    arm = *graph.take<v1::JointState>("arm");
+    arm = *graph.take<v1::JointState>("joint_states");
     EXPECT_EQ(arm.drives(2) == v1::DRIVE_STATE_SWITCH_ON_DISABLED, now < 5100ms) << now.count();
     std::array<can::Frame, 64> frames;
     const std::size_t count = tap->receive(frames);
@@ -63,10 +63,10 @@ TEST(DrivesNode, TakesTheMachineFile) {
   };
   EXPECT_EQ(boots(*upper), (std::vector<std::uint32_t>{21, 22, 23, 24}));
   EXPECT_EQ(boots(*lower), (std::vector<std::uint32_t>{25, 26, 27}));
-  const auto arm = *graph.take<v1::JointState>("arm");
+  const auto arm = *graph.take<v1::JointState>("joint_states");
   EXPECT_DOUBLE_EQ(arm.position_rad(3), 1.6) << "home of the model";
   node.step(5s + 5ms);
-  EXPECT_EQ(graph.take<v1::JointState>("arm")->drives(5), v1::DRIVE_STATE_FAULT)
+  EXPECT_EQ(graph.take<v1::JointState>("joint_states")->drives(5), v1::DRIVE_STATE_FAULT)
       << "on the second bus";
   EXPECT_THROW(DrivesNode({.machine = file, .axes = {{.node_id = 1}}}, graph), ConfigError);
 }

@@ -42,7 +42,7 @@ TEST(DrivesNode, ReplayedGivesTheSameBytesWithoutABus) {
     });
   }
   v1::JointState last;
-  ASSERT_TRUE(last.ParseFromString(live["arm"].back()));
+  ASSERT_TRUE(last.ParseFromString(live["joint_states"].back()));
   EXPECT_EQ(last.drives(0), v1::DRIVE_STATE_OPERATION_ENABLED);
 
   tape.rewind();

@@ -25,7 +25,7 @@ TEST(PowercubeNode, AnswersOnItsBusAndPublishesTheTruth) {
   float position = 0.0f;
   std::memcpy(&position, &frames[0].data[2], 4);
   EXPECT_FLOAT_EQ(position, 1.6f) << "home of the model";
-  v1::JointState arm = *graph.take<v1::JointState>("arm");
+  v1::JointState arm = *graph.take<v1::JointState>("joint_states");
   ASSERT_EQ(arm.position_rad_size(), 7);
   EXPECT_DOUBLE_EQ(arm.position_rad(3), 1.6);
   EXPECT_EQ(arm.drives(3), v1::DRIVE_STATE_SWITCH_ON_DISABLED) << "halted at power-on";
@@ -35,7 +35,7 @@ TEST(PowercubeNode, AnswersOnItsBusAndPublishesTheTruth) {
   for (std::size_t i = 0; i < 4; ++i) step.data[2 + i] = static_cast<std::uint8_t>(to >> 8 * i);
   master->send(std::array{can::Frame{.id = 0x100, .length = 1}, step});
   for (runtime::Time now = 5s; now <= 5s + 30ms; now += 5ms) node.step(now);
-  arm = *graph.take_last<v1::JointState>("arm");
+  arm = *graph.take_last<v1::JointState>("joint_states");
   EXPECT_NEAR(arm.position_rad(3), 1.61, 1e-6);
   EXPECT_TRUE(arm.operational());
 }

@@ -76,7 +76,7 @@ TEST(Collisions, TouchingBeginsAtTheSumOfRadiiAndEndsOneMillimetreAway) {
   EXPECT_EQ(scene.monitor.count(), 2);
 }
 
-TEST(Collisions, AllBallsOfTheBridgeAreOneBody) {
+TEST(Collisions, AllBallsOfTheBarAreOneBody) {
   Scene scene;
   scene.turn_to(-M_PI / 2);
   EXPECT_EQ(scene.monitor.count(), 1);

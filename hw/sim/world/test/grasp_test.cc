@@ -77,7 +77,7 @@ TEST(GraspContact, TheHandMustComeFromTheGripsSide) {
   EXPECT_FALSE(grasp_contact(kHand, Grip::precision, side, grasp_object()).reachable);
   EXPECT_FALSE(grasp_contact(kHand, Grip::precision, up, grasp_object()).reachable);
   EXPECT_FALSE(grasp_contact(kHand, Grip::full, pinched, grasp_object()).reachable);
-  EXPECT_FALSE(grasp_contact(kHand, Grip::none, down, grasp_object()).reachable);
+  EXPECT_FALSE(grasp_contact(kHand, Grip::unknown, down, grasp_object()).reachable);
 }
 
 TEST(GraspContact, LeaningTooFarIsNoGrasp) {
@@ -89,7 +89,7 @@ TEST(GraspContact, LeaningTooFarIsNoGrasp) {
 
 TEST(GraspContact, ClosureIsWhereTheApertureEqualsTheDiameter) {
   const double closure =
-      grasp_contact(kHand, Grip::none, Eigen::Isometry3d::Identity(), grasp_object()).closure;
+      grasp_contact(kHand, Grip::unknown, Eigen::Isometry3d::Identity(), grasp_object()).closure;
   EXPECT_NEAR(kHand.aperture * (1.0 - closure), 2 * kRadius, 1e-12);
   Cylinder thick = grasp_object();
   thick.radius = 0.03;  // wider than the open hand

@@ -136,7 +136,7 @@ TEST(Object, BelowAStandItDoesNotJumpUp) {
   EXPECT_LT(object.cylinder().X_WO.translation().z(), 0.11);
 }
 
-TEST(Object, AboveTheBridgeItTopples) {
+TEST(Object, AboveTheBarItTopples) {
   kin::Table t = object_table();
   t.balls = {{{0.0, 0.3, 0.2}, 0.03}};
   ObjectModel object(t);

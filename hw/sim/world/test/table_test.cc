@@ -1,4 +1,4 @@
-// The table of models/bridge_table.yaml makes the bridge paradigm possible [M18 2.1.1].
+// The table of models/bar_table.yaml makes the bridge paradigm possible [M18 2.1.1].
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
@@ -22,9 +22,8 @@ kin::ArmModel grown_arm() {
   return grown;
 }
 
-kin::Table low_table(std::optional<double> bridge_height = {}) {
-  return model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml",
-                           bridge_height);
+kin::Table low_table(std::optional<double> bar_height = {}) {
+  return model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bar_table.yaml", bar_height);
 }
 
 const kin::GoalPlace& goal(const kin::Table& t, const std::string& name) {
@@ -36,7 +35,7 @@ std::size_t places(const kin::Table& t, Grip grip, const std::string& name) {
   return PostureSearch(grown_arm(), t).places(grip, kAttempts, goal(t, name).position).size();
 }
 
-TEST(BridgeTable, BothGripsReachTheObjectAndTheJudgeAgrees) {
+TEST(BarTable, BothGripsReachTheObjectAndTheJudgeAgrees) {
   const kin::Table t = low_table();
   const Cylinder object{.X_WO = Eigen::Isometry3d(Eigen::Translation3d(t.object)),
                         .radius = t.object_radius,
@@ -53,21 +52,21 @@ TEST(BridgeTable, BothGripsReachTheObjectAndTheJudgeAgrees) {
   }
 }
 
-TEST(BridgeTable, TheHighGoalIsReachedFromAbove) {
+TEST(BarTable, TheHighGoalIsReachedFromAbove) {
   EXPECT_GE(places(low_table(), Grip::precision, "high"), 10u);
 }
 
-TEST(BridgeTable, TheLowGoalIsReachedWithAFullGripOnly) {
+TEST(BarTable, TheLowGoalIsReachedWithAFullGripOnly) {
   EXPECT_GE(places(low_table(), Grip::full, "low"), 10u);
   EXPECT_EQ(places(low_table(), Grip::precision, "low"), 0u);
 }
 
-TEST(BridgeTable, ALowBridgeTurnsThatAround) {
+TEST(BarTable, ALowBarTurnsThatAround) {
   EXPECT_GE(places(low_table(0.20), Grip::precision, "low"), 10u);
   EXPECT_EQ(places(low_table(0.20), Grip::full, "low"), 0u);
 }
 
-TEST(BridgeTable, HomeIsFreeAndFarFromTheObject) {
+TEST(BarTable, HomeIsFreeAndFarFromTheObject) {
   const PostureSearch search(grown_arm(), low_table());
   EXPECT_TRUE(search.is_free(table_arm().home, {}, false, false));
 }

@@ -18,7 +18,7 @@ const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
 WorldParams params() {
   WorldParams p;
   p.robot = kModels + "lwr4.yaml";
-  p.table = kModels + "bridge_table.yaml";
+  p.table = kModels + "bar_table.yaml";
   p.settle_s = p.retry_s = 0.1;
   return p;
 }
@@ -37,7 +37,7 @@ class WorldNodeTest : public ::testing::Test {
   void send_arm(const Eigen::VectorXd& q) {
     v1::JointState state;
     for (const double x : q) state.add_position_rad(x);
-    bus_.send("arm", state, now_ + kStep);
+    bus_.send("joint_states", state, now_ + kStep);
   }
   void send_hand(v1::Grip grip, double closure) {
     v1::HandState state;
@@ -224,7 +224,7 @@ TEST_F(WorldNodeTest, WrongSizeAndNaNAreNotPostures) {
   bad[3] = NAN;
   send_arm(bad);
   step();
-  EXPECT_EQ(bus_.counters("arm").rejected, 1u);
+  EXPECT_EQ(bus_.counters("joint_states").rejected, 1u);
   EXPECT_TRUE(bus_.take_last<v1::HandContact>("contact")->reachable());
 }
 
@@ -238,7 +238,7 @@ TEST_F(WorldNodeTest, TimeThatDoesNotAdvanceDoesNothing) {
 TEST(WorldNodeParams, ABlockedGoalIsAnObstacleEverybodySees) {
   WorldParams p = params();
   p.goal_blocked = "low";
-  p.bridge_height_m = 0.3;
+  p.bar_height_m = 0.3;
   p.object_offset_m = {0.01, -0.02};
   testing::Loopback bus;
   WorldNode node(p, bus);
@@ -247,7 +247,7 @@ TEST(WorldNodeParams, ABlockedGoalIsAnObstacleEverybodySees) {
   ASSERT_EQ(scene->boxes_size(), 5);
   EXPECT_EQ(scene->boxes(4).name(), "block on goal low");
   EXPECT_DOUBLE_EQ(scene->boxes(4).center_in_world_m().y_m(), 0.12);
-  EXPECT_DOUBLE_EQ(scene->bridge().height_m(), 0.3);
+  EXPECT_DOUBLE_EQ(scene->bar().height_m(), 0.3);
   EXPECT_DOUBLE_EQ(scene->object().position_in_world_m().x_m(), 0.41);
 }
 

@@ -20,27 +20,29 @@ constexpr const char* kWorld = "mimesis_world";
 class WorldProcess : public ::testing::Test {
  protected:
   WorldProcess()
-      : peer_(graph_,
-              {{"scene", "world/scene"},
-               {"state", "world/state"},
-               {"contact", "world/contact"},
-               {"outcome", "world/outcome"}},
-              {{"arm", "test/arm"}, {"hand", "test/hand"}, {"task", "test/task"}}),
+      : peer_(
+            graph_,
+            {{"scene", "world/scene"},
+             {"state", "world/state"},
+             {"contact", "world/contact"},
+             {"outcome", "world/outcome"}},
+            {{"joint_states", "test/joint_states"}, {"hand", "test/hand"}, {"task", "test/task"}}),
         scene_(peer_.bus(), "scene"),
         state_(peer_.bus(), "state"),
         contact_(peer_.bus(), "contact"),
         outcome_(peer_.bus(), "outcome"),
-        arm_(peer_.bus(), "arm"),
+        arm_(peer_.bus(), "joint_states"),
         hand_(peer_.bus(), "hand"),
         task_(peer_.bus(), "task"),
         model_(model::load_arm("lwr4.yaml")),
-        table_(model::load_table("bridge_table.yaml")),
+        table_(model::load_table("bar_table.yaml")),
         search_(model_, table_) {
     peer_.open();
   }
 
   std::unique_ptr<Process> start(std::vector<std::string> arguments = {}) {
-    for (const char* wire : {"arm=test/arm", "hand=test/hand", "task=test/task"}) {
+    for (const char* wire :
+         {"joint_states=test/joint_states", "hand=test/hand", "task=test/task"}) {
       arguments.insert(arguments.end(), {"--in", wire});
     }
     auto process = std::make_unique<Process>(graph_, kWorld, std::move(arguments));

@@ -16,7 +16,7 @@ class WorldTest : public ::testing::Test {
  protected:
   WorldTest()
       : arm_(model::load_arm(std::string(MIMESIS_SOURCE_DIR) + "/models/lwr4.yaml")),
-        table_(model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml")),
+        table_(model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bar_table.yaml")),
         world_(arm_, table_),
         search_(arm_, table_) {}
 

@@ -38,7 +38,7 @@ class Chance {
   std::mt19937 random_;
 };
 
-/// Who moves an agent from when until when, in true time.
+/// Records which coordinator moves an agent from when until when, in true time.
 class Judge {
  public:
   explicit Judge(int agents) : moves_(static_cast<std::size_t>(agents) + 1) {}

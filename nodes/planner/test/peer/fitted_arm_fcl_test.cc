@@ -334,7 +334,12 @@ TEST_F(FittedArm, LikeTheLwrTouchesNothing) {
 }
 
 TEST_F(FittedArm, OfRandomGeometryTouchesNothing) {
-  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+  Draw draw(1);
+  expect_sound(judged_queries(draw, random_arm(draw), folder_ / "arm.urdf", 3, 5));
+}
+
+TEST_F(FittedArm, DISABLED_SlowOfMoreRandomGeometryTouchesNothing) {
+  for (unsigned seed = 2; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     Draw draw(seed);
     const std::string file = random_arm(draw);
@@ -344,7 +349,7 @@ TEST_F(FittedArm, OfRandomGeometryTouchesNothing) {
 
 TEST_F(FittedArm, ThatNobodyHereWroteTouchesNothing) {
   const fs::path urdf = shared_data("data/robots/iiwa_description/urdf/iiwa14.urdf");
-  if (!fs::exists(urdf)) GTEST_SKIP() << urdf << " is absent";
+  if (!fs::exists(urdf)) GTEST_SKIP() << "not here: " << urdf << " is absent";
   std::ofstream(folder_ / "iiwa.yaml")
       << "name: iiwa14\nchain: {urdf: 'shared:data/robots/iiwa_description/urdf/iiwa14.urdf',\n"
          "  base: base, tip: iiwa_link_ee, a_max_rad_s2: [8.57, 8.57, 8.74, 11.36, 12.23, 15.72, "

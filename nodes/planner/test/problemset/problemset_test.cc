@@ -15,7 +15,7 @@ constexpr double kPathMargin = 0.001;
 /// again.
 void plan_robot(const std::string& robot, int queries) {
   const auto set = load_problem_set(robot);
-  if (!set) GTEST_SKIP() << "no ../shared/data/planner";
+  if (!set) GTEST_SKIP() << "not here: no ../shared/data/planner";
   int asked = 0, solved = 0, blocked = 0;
   long branches = 0;
   for (const auto& scene : set->scenes) {

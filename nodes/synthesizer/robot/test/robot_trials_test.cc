@@ -96,7 +96,7 @@ TEST(RobotTrials, HandsAreWhereTheTaskIs) {
 /// Loads of the second robot's arms before furniture of its size.
 TEST(RobotTrials, OfAnotherRobotAreWithinWhatItCanToo) {
   if (!std::filesystem::exists(shared_data("data/robots/jvrc1.urdf"))) {
-    GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+    GTEST_SKIP() << "not here: needs data/robots/jvrc1.urdf of the shared folder";
   }
   const robot::Biped biped = model::load_biped("jvrc1.yaml");
   const Drawer drawer = robot_drawer(biped);

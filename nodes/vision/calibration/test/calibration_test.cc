@@ -296,7 +296,7 @@ TEST(PlaceOnTable, GivesFrameTFromBothSides) {
 
 TEST(Calibrate, MeetsTheGoalsOnTheRealPairs) {
   const auto folder = shared_data("vision/stereo_calibration");
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "not here: " << folder << " is absent";
   const Board board{9, 6, 1.0};
   std::vector<Shot> shots;
   for (const char* name :

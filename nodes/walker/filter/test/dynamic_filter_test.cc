@@ -161,7 +161,7 @@ TEST(DynamicFilter, LegsOnlyIsWorseWhenTheArmsMove) {
 
 TEST(DynamicFilter, AnotherRobotIsFilteredAsWell) {
   const auto biped = robot::jvrc1();
-  if (!biped) GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+  if (!biped) GTEST_SKIP() << "not here: needs data/robots/jvrc1.urdf of the shared folder";
   const FilteredWalk walk = filtered_walk(*biped, 0.2, 0.0, {});
   EXPECT_GT(walk.rms_before_m().x(), 3.0 * walk.rms_after_m().x());
   EXPECT_GT(walk.rms_before_m().y(), 2.0 * walk.rms_after_m().y());

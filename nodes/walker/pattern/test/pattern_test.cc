@@ -53,7 +53,7 @@ TEST(GaitSettingsOfARobot, AreSaneForOurBiped) { expect_sane(load("biped.yaml"))
 
 TEST(GaitSettingsOfARobot, AreSaneForJvrc1) {
   if (!std::filesystem::exists(shared_data("data/robots/jvrc1.urdf"))) {
-    GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+    GTEST_SKIP() << "not here: needs data/robots/jvrc1.urdf of the shared folder";
   }
   const robot::Biped biped = load("jvrc1.yaml");
   expect_sane(biped);
@@ -330,7 +330,7 @@ TEST_P(Patterns, MeetWishedLandings) {
 }
 
 TEST_P(Patterns, ChangeALandingInTheMiddleOfTheSwing) {
-  if (!GetParam().places_feet_in_time) GTEST_SKIP() << "decides before the swing";
+  if (!GetParam().places_feet_in_time) GTEST_SKIP() << "no such case: decides before the swing";
   auto pattern = make();
   run(*pattern, forward(0.2), 160 * 5 + 60);
   Wish wish = forward(0.2);

@@ -53,7 +53,7 @@ TEST(Riccati, SaysThatASystemCannotBeStabilized) {
 TEST(PreviewGains, EqualTheReferenceWithInitialPosition) {
   const std::vector<double> reference =
       read_numbers("TestRiccatiEquationWeightsWithInitialPose.datref.cmake");
-  if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
+  if (reference.empty()) GTEST_SKIP() << "not here: no ../shared/data/walking";
   const PreviewGains gains = preview_gains(kWithPosition);
   ASSERT_EQ(reference.size(), 161u);
   EXPECT_NEAR(gains.K(0), reference[0], sixth_digit(reference[0]));
@@ -66,7 +66,7 @@ TEST(PreviewGains, EqualTheReferenceWithInitialPosition) {
 TEST(PreviewGains, EqualTheReferenceWithIntegralError) {
   const std::vector<double> reference =
       read_numbers("TestRiccatiEquationWeightsWithoutInitialPose.datref.cmake");
-  if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
+  if (reference.empty()) GTEST_SKIP() << "not here: no ../shared/data/walking";
   const PreviewGains gains = integral_gains(kWithIntegral);
   ASSERT_EQ(reference.size(), 321u);
   EXPECT_NEAR(gains.Ks, reference[0], sixth_digit(reference[0]));
@@ -78,7 +78,7 @@ TEST(PreviewGains, EqualTheReferenceWithIntegralError) {
 
 TEST(PreviewGains, EqualTheParameterFileOfTheRobot) {
   const std::vector<double> reference = read_numbers("PreviewControlParameters.ini");
-  if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
+  if (reference.empty()) GTEST_SKIP() << "not here: no ../shared/data/walking";
   PreviewSettings settings = kWithIntegral;
   settings.height_m = reference[0];
   ASSERT_EQ(reference[1], settings.dt_s);

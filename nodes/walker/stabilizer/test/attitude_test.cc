@@ -66,8 +66,8 @@ TEST(AttitudeFilter, BiasFadesAsTheEquationSays) {
   EXPECT_NEAR(filter.gyro_bias_I().x(), kBias, 1e-5);
 }
 
-/// Who stands for 3 s knows the bias, although he leans; a mean of 1 s of readings of deviation σ
-/// is off by σ √(Δt/2 s).
+/// After 3 s of standing the bias is known, even when leaning; a mean of 1 s of readings of
+/// deviation σ is off by σ √(Δt/2 s).
 TEST(AttitudeFilter, WhoStandsKnowsTheGyrosBias) {
   AttitudeFilter filter(10.0);
   const Vector3d bias(0.009, -0.004, 0.006), lean_I(0.0, 0.02, 0.0);

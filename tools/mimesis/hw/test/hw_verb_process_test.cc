@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "common/machine_time.h"
 #include "common/testing/process.h"
 #include "hw/cia402/cia402.h"
 #include "tools/mimesis/hw/bus_watch.h"
@@ -128,8 +129,7 @@ TEST_F(Hw, FaultsAreMadeAndMonitored) {
     return {};
   };
   const auto until = [&](const auto& done) {
-    for (const auto end = std::chrono::steady_clock::now() + 60s;
-         std::chrono::steady_clock::now() < end;) {
+    for (MachineTime time; time.passed() < 60s;) {
       if (done()) return true;
       run({"sdo", "embedded:arm", "4", "1001"});  // something to see
     }

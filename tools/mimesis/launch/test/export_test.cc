@@ -88,7 +88,7 @@ TEST(Export, AUnitSaysWhatTheLauncherWouldDo) {
   EXPECT_EQ(value(planner, "OnFailure"), "");
   EXPECT_TRUE(value(planner, "ExecStart").ends_with(R"( "-c" "echo a $$b 5%% \"c\" ; sleep 1")"))
       << planner;
-  // What stops last has others stop before it.
+  // The last to stop is ordered before the others.
   EXPECT_EQ(value(units.files.at("mimesis-arm-world.service"), "After"),
             "network-online.target mimesis-arm-bridge.service mimesis-arm-drives.service");
 

@@ -42,7 +42,7 @@ TEST(Granted, ACpuThatIsNotThereIsNoticed) {
 }
 
 TEST(Granted, RealTimePriorityOfRoot) {
-  if (geteuid() != 0) GTEST_SKIP() << "needs root";
+  if (geteuid() != 0) GTEST_SKIP() << "not here: needs root";
   Sched sched;
   sched.policy = "rr";
   sched.priority = 7;
@@ -57,7 +57,7 @@ TEST(Granted, RealTimePriorityOfRoot) {
 TEST(Granted, LooksAtEveryThread) {
   cpu_set_t all;
   ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
-  if (CPU_COUNT(&all) < 2) GTEST_SKIP() << "needs two CPUs";
+  if (CPU_COUNT(&all) < 2) GTEST_SKIP() << "not here: needs two CPUs";
   Sched sched;
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     if (CPU_ISSET(static_cast<std::size_t>(cpu), &all)) sched.cpus.push_back(cpu);

@@ -10,6 +10,7 @@
 #include <set>
 #include <thread>
 
+#include "common/machine_time.h"
 #include "common/testing/net_host.h"
 #include "tools/mimesis/launch/test/graph_text.h"
 
@@ -192,9 +193,9 @@ class LaunchHosts : public ::testing::Test {
     return until(done, most) ? std::chrono::duration<double>(Clock::now() - begin).count() : -1.0;
   }
   bool until(const std::function<bool()>& done, Clock::duration most = 20s) {
-    const auto end = Clock::now() + most;
+    MachineTime time;
     while (!done()) {
-      if (Clock::now() > end) return false;
+      if (time.passed() > most) return false;
       std::this_thread::sleep_for(10ms);
     }
     return true;

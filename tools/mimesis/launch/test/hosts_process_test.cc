@@ -131,7 +131,7 @@ TEST_F(LaunchHosts, NothingIsLeftWhenTheLauncherIsKilled) {
   if (HasFatalFailure()) return;
   start(counter("a") + counter("b", ", host: h2"));
   ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
-  // The keeper and the supervisor at once: nobody is left to tell anybody.
+  // The subreaper and the supervisor at once: nobody is left to tell anybody.
   const auto launcher = processes_with(std::string("launch\0", 7) + folder_.path());
   EXPECT_EQ(launcher.size(), 2U);
   for (const pid_t pid : launcher) kill(pid, SIGKILL);

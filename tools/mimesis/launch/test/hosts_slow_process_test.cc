@@ -1,4 +1,4 @@
-// What takes long on several hosts: attacks, losses, robots. Run by hosts_slow_test.
+// Slow tests on several hosts: attacks, losses, robots. Run by hosts_slow_test.
 #include <nlohmann/json.hpp>
 
 #include "tools/mimesis/launch/test/hosts_fixture.h"
@@ -93,7 +93,7 @@ class RobotOnHosts : public LaunchHosts {
     launch_ = at(1).mimesis(
         "launch " + folder_.write("robot.yaml", text) +
             " --arg user=root --arg prefix=" MIMESIS_BIN_DIR
-            "/.. --arg can=embedded:arm --arg hand=unix:hand --arg arming=auto --arg vision=" +
+            "/.. --arg can=embedded:arm --arg hand=unix:hand --arg enable=auto --arg vision=" +
             vision.address() + " --arg arm=" + arm.address() + " --graph " + graph_,
         path());
   }

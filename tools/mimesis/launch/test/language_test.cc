@@ -1,4 +1,4 @@
-// What joins, repeats and switches off nodes: include, groups, for, if, implies, ${host:}.
+// Language of launch files: include, groups, for, if, implies, ${host:}.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -149,7 +149,7 @@ defaults: {restart: on-failure, host: "${arg:host}"}
 hosts: {spine: {address: 10.0.0.2}}
 groups: {chain: {nodes: {drives: {exec: x, args: ["${arg:bus}", "${arg:rate}"]}}}}
 nodes:
-  bridge: {exec: x, after: [chain, recorder], in: {image: eye/image, state: drives/state}, out: {arm: bridge/arm}}
+  bridge: {exec: x, after: [chain, recorder], in: {image: eye/image, state: drives/state}, out: {arm: bridge/joint_states}}
 outside: [bridge/moved, far/away]
 result: {until: a/b}
 )");
@@ -174,7 +174,7 @@ include:
   EXPECT_EQ(after(bridge), (Lines{"left_drives", "recorder"}));
   EXPECT_EQ(bridge.in.at(0).topic.text, "eye/image") << "of the graph around";
   EXPECT_EQ(bridge.in.at(1).topic.text, "left_drives/state");
-  EXPECT_EQ(bridge.out.at(0).topic.text, "left_bridge/arm");
+  EXPECT_EQ(bridge.out.at(0).topic.text, "left_bridge/joint_states");
   EXPECT_EQ(bridge.params, folder_.path() + "/parts/arm.yaml#nodes.bridge.params");
   EXPECT_EQ(bridge.given, (Args{{"bus", "can1"}, {"rate", "7"}, {"host", "spine"}}));
   EXPECT_EQ(bridge.host->text, "spine");

@@ -1,4 +1,4 @@
-// What the launcher says of a file, and shows of a run.
+// The launcher's messages about a file and output of a run.
 #include "tools/mimesis/launch/test/launch_fixture.h"
 
 namespace mimesis::launch {

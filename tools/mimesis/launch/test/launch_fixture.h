@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "common/machine_time.h"
 #include "common/testing/process.h"
 #include "tools/mimesis/launch/test/graph_text.h"
 
@@ -29,9 +30,9 @@ class Launch : public ::testing::Test {
   /// Waits for a change of the node list until `done`; false after 10 s.
   bool until(const std::function<bool()>& done) {
     runtime::GraphView view(graph_.name());
-    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    MachineTime time;
     while (!done()) {
-      if (std::chrono::steady_clock::now() > deadline) return false;
+      if (time.passed() > 10s) return false;
       view.wait(10ms);
     }
     return true;
@@ -47,7 +48,7 @@ class Launch : public ::testing::Test {
     return all;
   }
   static bool alive(pid_t pid) { return kill(pid, 0) == 0; }
-  /// Of a node: the process that supervises.
+  /// The process that supervises a node.
   static pid_t parent(pid_t pid) {
     std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
     const std::string stat{std::istreambuf_iterator<char>(in), {}};

@@ -277,7 +277,7 @@ TEST_F(Launch, AHungNodeEndsARunInLockstep) {
 }
 
 TEST_F(Launch, RealTimePriorityIsGrantedOrTheRunRefused) {
-  if (geteuid() != 0) GTEST_SKIP() << "needs root";
+  if (geteuid() != 0) GTEST_SKIP() << "not here: needs root";
   const std::string nodes =
       "nodes:\n  a: {exec: " + counter_ + ", sched: {policy: fifo, priority: 10, mlock: true}}\n";
   auto launch = start(nodes);

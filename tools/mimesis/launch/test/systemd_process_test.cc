@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "common/machine_time.h"
 #include "common/testing/process.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/test/graph_text.h"
@@ -42,9 +43,9 @@ class LaunchSystemd : public ::testing::Test {
             "--graph", graph_.name(), "--name", "run", "--json", "-v"});
   }
   static bool until(const std::function<bool()>& done, std::chrono::milliseconds most = 10s) {
-    const auto end = std::chrono::steady_clock::now() + most;
+    MachineTime time;
     while (!done()) {
-      if (std::chrono::steady_clock::now() > end) return false;
+      if (time.passed() > most) return false;
       std::this_thread::sleep_for(20ms);
     }
     return true;
@@ -157,7 +158,7 @@ TEST_F(LaunchSystemd, SystemdSeesAHungNodeItself) {
                          std::to_string(launch_->pid()) + "/children");
   pid_t supervisor = 0;
   ASSERT_TRUE(children >> supervisor);
-  kill(launch_->pid(), SIGSTOP);  // the keeper, which would end a launcher that hangs
+  kill(launch_->pid(), SIGSTOP);  // the subreaper, which would end a launcher that hangs
   kill(supervisor, SIGSTOP);
   kill(std::stoi(pid), SIGSTOP);
   EXPECT_TRUE(until([&] { return of("a", "Result") == "watchdog"; })) << of("a", "Result");
@@ -168,18 +169,18 @@ TEST_F(LaunchSystemd, SystemdSeesAHungNodeItself) {
 }
 
 TEST_F(LaunchSystemd, SystemdEndsTheNodesOfAKilledLauncher) {
-  for (const bool keeper : {true, false}) {
-    start("  a: {exec: " + counter_ + "}\n" + notes(keeper ? "x" : "y", ""));
-    ASSERT_TRUE(ready("a") && written("up", keeper ? "x" : "y")) << launch_->errors();
+  for (const bool subreaper : {true, false}) {
+    start("  a: {exec: " + counter_ + "}\n" + notes(subreaper ? "x" : "y", ""));
+    ASSERT_TRUE(ready("a") && written("up", subreaper ? "x" : "y")) << launch_->errors();
     std::ifstream children("/proc/" + std::to_string(launch_->pid()) + "/task/" +
                            std::to_string(launch_->pid()) + "/children");
     pid_t supervisor = 0;
     ASSERT_TRUE(children >> supervisor);
-    kill(keeper ? launch_->pid() : supervisor, SIGKILL);
-    EXPECT_EQ(launch_->wait(), keeper ? 137 : 1);
+    kill(subreaper ? launch_->pid() : supervisor, SIGKILL);
+    EXPECT_EQ(launch_->wait(), subreaper ? 137 : 1);
     EXPECT_TRUE(until([&] { return units().empty(); })) << units();
     // Each was asked once, by its own signal.
-    EXPECT_EQ(folder_.read("order"), keeper ? "x\n" : "x\ny\n");
+    EXPECT_EQ(folder_.read("order"), subreaper ? "x\n" : "x\ny\n");
   }
 }
 

@@ -118,7 +118,7 @@ TEST_F(LogTools, PlotsOrSaysWhatIsMissing) {
   const std::string a = log("a.mcap");
   const Run plot = run({"plot", a, "x/arm.position_rad[*]", "-o", folder_.file("x.svg"), "--json"});
   if (plot.code == 1 && plot.errors.find("gnuplot is not installed") != std::string::npos) {
-    GTEST_SKIP();
+    GTEST_SKIP() << "gnuplot is not installed";
   }
   EXPECT_EQ(plot.code, 0) << plot.errors;
   EXPECT_EQ(plot.errors, "");

@@ -188,6 +188,17 @@ std::string wire(int number, double value) {
   return out.append(bytes, sizeof value);
 }
 
+TEST(PayloadDiff, FieldsOfTwoVersionsAreMatchedByNumberAndOneThatWentDoesNotCount) {
+  const log::Schema old_type = schema({{"bridge_m", 1}, {"gone", 2}}),
+                    new_type = schema({{"bar_m", 1}});
+  PayloadDiff diff;
+  const DiffRules rules{.exact = true, .across_versions = true};
+  EXPECT_TRUE(diff.diff({wire(1, 3.0) + wire(2, 1.0), &old_type}, {wire(1, 3.0), &new_type}, rules)
+                  .equal());
+  EXPECT_EQ(lines(diff.diff({wire(1, 3.0), &old_type}, {wire(1, 3.5), &new_type}, rules)),
+            (Lines{"bridge_m: 3 | 3.5"}));
+}
+
 TEST(PayloadDiff, TypesOfTwoBuildsAreMatchedByName) {
   const log::Schema old_type = schema({{"x_m", 1}}), new_type = schema({{"y_m", 1}, {"x_m", 2}});
   PayloadDiff diff;

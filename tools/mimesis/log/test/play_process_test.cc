@@ -329,7 +329,7 @@ TEST_F(LogPlay, DrivesTheClockOfASimulatedGraph) {
   EXPECT_TRUE(told([](const v1::ClockTime& m) {
     return m.factor() == 4.0 && m.time_ns() > kBase + 300 * kSecond;
   }));
-  ASSERT_TRUE(node.receive(steps));  // a node that lives in this time steps
+  ASSERT_TRUE(node.receive(steps));  // a node that node_runs in this time steps
   const v1::PlayerStatus s = *call(node, "player/pause", v1::PlayerPause());
   EXPECT_TRUE(told(
       [&](const v1::ClockTime& m) { return m.factor() < 1e-5 && m.time_ns() == s.log_time_ns(); }));

@@ -142,7 +142,9 @@ TEST_F(PlotTest, PicturesOfEverythingThatCanBeInALog) {
     try {
       draw_curves(all, options);
     } catch (const std::runtime_error& error) {
-      if (std::string(error.what()).find("is not installed") != std::string::npos) GTEST_SKIP();
+      if (std::string(error.what()).find("is not installed") != std::string::npos) {
+        GTEST_SKIP() << error.what();
+      }
       throw;
     }
   }

@@ -230,7 +230,8 @@ TEST_F(RecordProcess, AFullDiskLeavesAFileThatOpensUpToTheFailure) {
     Process recorder("/usr/bin/unshare", arguments);
     fs::current_path(here);
     const std::optional<int> code = send_until_ended(graph_, recorder);
-    if (code == 77 || says(recorder, "unshare failed")) GTEST_SKIP() << "no mount namespaces here";
+    if (code == 77 || says(recorder, "unshare failed"))
+      GTEST_SKIP() << "not here: no mount namespaces";
     EXPECT_EQ(code, 1) << recorder.errors();
     EXPECT_TRUE(says(recorder, "recording stopped: cannot write")) << recorder.errors();
     EXPECT_TRUE(says(recorder, "No space left on device")) << recorder.errors();

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/machine_time.h"
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"
@@ -67,8 +68,8 @@ class ReplayLaunch : public ::testing::Test {
         graph.name(), [](const std::string& topic) { return topic == "a/out"; },
         runtime::Policy::latest);
     Process run("mimesis", {"launch", file_, "--arg", "log=" + log_, "--graph", graph.name()});
-    const auto give_up = std::chrono::steady_clock::now() + 20s;
-    for (std::uint64_t seq = 0; seq < 60 && std::chrono::steady_clock::now() < give_up;) {
+    MachineTime time;
+    for (std::uint64_t seq = 0; seq < 60 && time.passed() < 20s;) {
       if (const auto m = tap.next(100ms)) seq = m->message.seq;
     }
     run.signal(SIGINT);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/machine_time.h"
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
 #include "proto/steps.pb.h"
@@ -44,9 +45,9 @@ class RecordedCounters {
     setenv("MIMESIS_GRAPH", graph_.name().c_str(), 1);  // the recorder has no option for it
     recorder_ = std::make_unique<Process>(
         "mimesis", std::vector<std::string>{"log", "record", "--all", "-o", log});
-    const auto give_up = std::chrono::steady_clock::now() + 10s;
+    MachineTime time;
     runtime::GraphView view(graph_.name());
-    while (!has_recorder(graph_) && std::chrono::steady_clock::now() < give_up) view.wait(100ms);
+    while (!has_recorder(graph_) && time.passed() < 10s) view.wait(100ms);
     if (clock != "wall") {
       conductor_ = std::make_unique<Process>(
           graph_, "mimesis_clock",
@@ -72,9 +73,9 @@ class RecordedCounters {
     runtime::Tap tap(
         graph_.name(), [&](const std::string& topic) { return topic == node + "/out"; },
         runtime::Policy::latest);
-    const auto give_up = std::chrono::steady_clock::now() + 20s;
+    MachineTime time;
     std::optional<std::uint64_t> first;
-    while (std::chrono::steady_clock::now() < give_up) {
+    while (time.passed() < 20s) {
       const auto m = tap.next(100ms);
       if (!m) continue;
       if (!first) first = m->message.seq;

@@ -1,6 +1,6 @@
 // All actions of a step are compared with the log.
 #include "tools/mimesis/log/replay_compare.h"
-#include "tools/mimesis/log/test/life_log.h"
+#include "tools/mimesis/log/test/node_run_log.h"
 
 namespace mimesis::tool {
 namespace {
@@ -31,7 +31,7 @@ class Comparison : public ::testing::Test {
     v1::ReplayMessage& output = *outcome_.add_outputs();
     output.set_topic("n/out");
     output.set_seq(1);
-    output.set_payload(LifeLog::payload(1));
+    output.set_payload(NodeRunLog::payload(1));
     output.set_stamp_ns(kTime);
     *outcome_.add_written() = outside("can", "first");
     *outcome_.add_written() = outside("can", "second");
@@ -39,13 +39,13 @@ class Comparison : public ::testing::Test {
   }
 
   std::vector<ReplayDifference> compare(double tolerance = 0.0) {
-    LifeLog log;
+    NodeRunLog log;
     log.output(1, kTime).output(2, kTime);
     log.steps(kTime + 1, 0, {step_record(v1::STEP_KIND_CREATE, 0), record_});
-    const Life life = log.life();
-    LifeReader reader(log.logs(), life);
+    const NodeRun node_run = log.node_run();
+    NodeRunReader reader(log.logs(), node_run);
     ReplayCompare messages(tolerance);
-    StepComparison comparison(life, reader, messages);
+    StepComparison comparison(node_run, reader, messages);
     reader.next();
     const auto step = reader.next();
     auto found = comparison.compare(*step, outcome_);
@@ -81,18 +81,18 @@ TEST_F(Comparison, TheSameIsEqualAndCounted) {
   EXPECT_EQ(counts_.outputs, 1U);
   EXPECT_EQ(counts_.writes, 2U);
   EXPECT_EQ(counts_.responses, 1U);
-  EXPECT_EQ(counts_.bytes, LifeLog::payload(1).size());
+  EXPECT_EQ(counts_.bytes, NodeRunLog::payload(1).size());
   EXPECT_TRUE(missing_.empty());
 }
 
 TEST_F(Comparison, PayloadAndStampOfOutputs) {
-  outcome_.mutable_outputs(0)->set_payload(LifeLog::payload(5));
+  outcome_.mutable_outputs(0)->set_payload(NodeRunLog::payload(5));
   EXPECT_EQ(what(), "n/out #1 differs in 1 field");
   EXPECT_EQ(fields_, "seq: 1 | 5\n");
   outcome_.mutable_outputs(0)->set_stamp_ns(kTime + 1);
   EXPECT_EQ(what(1e9), "n/out #1 differs in 2 fields") << "a tolerance is not for integers";
   EXPECT_EQ(fields_, "(publish time) ns: 10000000 | 10000001\nseq: 1 | 5\n");
-  outcome_.mutable_outputs(0)->set_payload(LifeLog::payload(1));
+  outcome_.mutable_outputs(0)->set_payload(NodeRunLog::payload(1));
   EXPECT_EQ(what(), "n/out #1 differs in 1 field");
   EXPECT_EQ(fields_, "(publish time) ns: 10000000 | 10000001\n");
 }

@@ -1,4 +1,4 @@
-// info, cat, check, recover, filter, merge, sort as people call them: exit codes and lines.
+// info, cat, check, recover, filter, merge as people call them: exit codes and lines.
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -136,13 +136,6 @@ TEST_F(LogTools, Merge) {
   run({"merge", in_, "-o", out_}, 2, "exists");
   run({"merge", in_}, 2, "--output");
   run({"merge", in_, "-o", out_, "--force", "--offset", "x"}, 2, "expected FILE=SECONDS");
-}
-
-TEST_F(LogTools, Sort) {
-  EXPECT_EQ(json::parse(run({"sort", in_, out_, "--json"}, 0))["messages"], 200);
-  run({"sort", in_, in_, "-o", out_, "--force"}, 2, "merge joins several");
-  run({"sort", kText, "-o", out_, "--force"}, 1, "not an MCAP log");
-  run({"sort", in_, "-o", out_, "--force", "--memory", "1"}, 2, "--memory");
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
-// filter, merge, sort: what stands in the new log.
+// filter, merge: what stands in the new log.
 #include "tools/mimesis/log/rewrite.h"
 
 #include <algorithm>
-#include <random>
 
 #include "common/error.h"
 #include "proto/steps.pb.h"
@@ -204,30 +203,6 @@ TEST_F(Rewrite, MergeSetsClocksRightAndKeepsDifferentSchemasApart) {
   EXPECT_THROW(log_merge(options), ConfigError);
   EXPECT_EQ(parse_offset("x=y.mcap=-0.5"), std::pair(std::string("x=y.mcap"), -0.5));
   EXPECT_THROW(parse_offset("x.mcap"), ConfigError);
-}
-
-TEST_F(Rewrite, SortOrdersReversedAndShuffledLogsInBoundedMemoryAndStably) {
-  std::vector<Sent> sorted;
-  for (std::uint32_t i = 0; i < 3000; ++i) {  // three of each time
-    sorted.push_back({i % 2 == 0 ? "a/out" : "b/out", "a", i + 1, 10 + i / 3, std::to_string(i)});
-  }
-  auto reversed = sorted, shuffled = sorted;
-  std::ranges::reverse(reversed);
-  std::ranges::shuffle(shuffled, std::mt19937(3));
-  for (const auto& sent : {sorted, reversed, shuffled}) {
-    auto expected = sent;
-    std::ranges::stable_sort(expected, {}, &Sent::time);
-    SortOptions options;
-    options.inputs = {save("in.mcap", log_bytes(sent, {.chunk_size = 4096}))};
-    options.output.path = path("out.mcap");
-    options.output.force = true;
-    for (const std::size_t memory : {20'000u, 1u << 30}) {
-      options.memory = memory;
-      EXPECT_EQ(log_sort(options), 0);
-      EXPECT_EQ(out(), expected);
-      EXPECT_EQ(files(), (Strings{"in.mcap", "out.mcap"}));  // no pieces are left
-    }
-  }
 }
 
 TEST_F(Rewrite, DamagedInputsAreToldByTheExitCodeAndEqualInputsGiveEqualBytes) {

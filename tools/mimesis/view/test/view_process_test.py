@@ -220,7 +220,7 @@ class View(Running):
         self.assertEqual(second.stderr, f"cannot listen on 127.0.0.1:{self.port}: Address already in use\n")
 
 
-@unittest.skipUnless("MIMESIS_SOAK_S" in os.environ, "MIMESIS_SOAK_S is not set")
+@unittest.skipUnless("MIMESIS_SOAK_S" in os.environ, "no such case: MIMESIS_SOAK_S is not set")
 class Soak(Running):
     """Clients come and go, some without a word: MIMESIS_SOAK_S seconds."""
 
@@ -306,4 +306,4 @@ class ViewOfALog(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1] + sys.argv[4:])
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)

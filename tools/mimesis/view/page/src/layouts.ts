@@ -11,7 +11,7 @@ const AROUND = [2.4, -2.8, 1.7, 0.6, 0, 0.6];
 /** The first whose topic is sent fits. */
 export const LAYOUTS: Layout[] = [
   { name: "Imitation", topic: "planner/plan", tab: "Images", camera: [1.0, -2.3, 1.35, 0.95, 0.1, 0.15], hidden: ["robot_vision/seen"], // as planner/seen
-    curves: along("bridge/arm", ...[0, 1, 2, 3, 4, 5, 6].map((j) => `position_rad[${j}]`)) },
+    curves: along("bridge/joint_states", ...[0, 1, 2, 3, 4, 5, 6].map((j) => `position_rad[${j}]`)) },
   { name: "Drawer", topic: "sim_body/drawer", tab: "Plots", camera: AROUND, hidden: [],
     curves: [...along("walker/balance", "zmp_measured_in_world_m.y_m", "zmp_planned_in_world_m.y_m"), ...along("sim_body/drawer", "opened_m")] },
   { name: "Biped", topic: "walker/plan", tab: "Plots", camera: AROUND, hidden: [],

@@ -40,18 +40,16 @@ export function Nodes({ connection }: Props) {
       <tbody>
         {[...nodes].sort().map(([name, ports]) => {
           const s = seen[name], inputs: any[] = s?.health.inputs ?? [];
-          const stale = inputs.filter((i) => i.stale).map((i) => i.topic);
           const latency = Math.max(0, ...inputs.map((i) => i.latencyP99S));
           const age = Math.max(0, ...inputs.map((i) => i.ageS));
-          const state = !s ? "no health" : stale.length ? "stale input" : "ok";
           return (
-            <tr key={name} class={stale.length ? "bad" : ""}>
+            <tr key={name}>
               <td>
                 <details><summary>{name}</summary>
                   <ul>{ports.in.sort().map((t) => <li key={"i" + t}>← {t}</li>)}{ports.out.sort().map((t) => <li key={"o" + t}>→ {t}</li>)}</ul>
                 </details>
               </td>
-              <td title={stale.join(", ")}>{state}</td><td>{count(s?.stepHz)}</td><td>{count(s?.sentHz)}</td><td>{ms(latency)}</td><td>{ms(age)}</td>
+              <td>{s ? "ok" : "no health"}</td><td>{count(s?.stepHz)}</td><td>{count(s?.sentHz)}</td><td>{ms(latency)}</td><td>{ms(age)}</td>
               <td>{s ? ms(s.health.worstStepS) : "-"}</td>
             </tr>
           );

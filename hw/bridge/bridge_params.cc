@@ -1,0 +1,130 @@
+#include "hw/bridge/bridge_params.h"
+
+#include <map>
+
+#include "common/error.h"
+#include "common/model/files.h"
+#include "hw/cia402/joint_driver.h"
+#include "hw/joints/machine.h"
+#include "hw/outside/recorded.h"
+#include "hw/perfect_actuators.h"
+#include "hw/powercube/driver.h"
+
+namespace mimesis::hw::bridge {
+namespace {
+
+constexpr double kPatience_s = 0.1, kTracking_rad = 0.1;
+
+double feedback_timeout_s(const ActuatorsRequest& request, const std::string& can) {
+  const BridgeParams& p = request.params;
+  if (p.feedback_timeout_s > 0.0) return p.feedback_timeout_s;
+  const bool prompt = can.starts_with("socketcan:") || request.graph.lockstep();
+  return prompt ? (p.missed_syncs - 0.5) / request.joints.rate_hz : kPatience_s;
+}
+
+std::unique_ptr<can::Bus> open_bus(const std::string& can, const ActuatorsRequest& request) {
+  auto bus = outside::open_can(can, request.graph);
+  return request.frames == nullptr ? std::move(bus) : request.frames->tap(std::move(bus), can);
+}
+
+/// The driver of `count` joints from `first` on, which share the bus `can`.
+cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int first, int count,
+                                          const std::string& can) {
+  const auto& [p, joints, stays_powered, graph, frames] = request;
+  const auto range = [&](const auto& all) {
+    return std::vector(all.begin() + first, all.begin() + first + count);
+  };
+  return {
+      .axes = range(complete(p.axes, joints)),
+      .names = range(joints.names),
+      .limits = part_of(joints.limits, first, count),
+      .rate_hz = joints.rate_hz,
+      .boot_timeout_s = p.boot_timeout_s,
+      .transition_timeout_s = p.transition_timeout_s,
+      .feedback_timeout_s = feedback_timeout_s(request, can),
+      .missed_syncs = p.missed_syncs,
+      .following_window_rad = p.following_window_rad,
+      .following_time_s = p.following_time_s,
+      .tracking_window_rad = p.tracking_window_rad > 0.0 ? p.tracking_window_rad
+                             : joints.walks              ? 0.0
+                                                         : kTracking_rad,
+      .readonly = p.readonly,
+      .quick_stop = stays_powered ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables};
+}
+
+std::unique_ptr<Actuators> make_cia402(const ActuatorsRequest& request) {
+  const BridgeParams& p = request.params;
+  std::vector<std::unique_ptr<cia402::JointDriver>> drivers;
+  int first = 0;
+  for (const BusShare& bus : complete(p.buses, p.can, request.joints)) {
+    drivers.push_back(std::make_unique<cia402::JointDriver>(
+        driver_options(request, first, bus.joints, bus.can), open_bus(bus.can, request)));
+    first += bus.joints;
+  }
+  return std::make_unique<cia402::GroupDriver>(std::move(drivers));
+}
+
+std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
+  const auto& [p, joints, stays_powered, graph, frames] = request;
+  const std::vector<BusShare> buses = complete(p.buses, p.can, joints);
+  if (buses.size() != 1)
+    throw ConfigError("buses: PowerCube modules stand on one bus, there are more");
+  return std::make_unique<powercube::Driver>(
+      powercube::DriverOptions{
+          .axes = complete(p.axes, joints),
+          .names = joints.names,
+          .limits = joints.limits,
+          .rate_hz = joints.rate_hz,
+          .boot_timeout_s = p.boot_timeout_s,
+          .feedback_timeout_s = p.feedback_timeout_s > 0.0 ? p.feedback_timeout_s : kPatience_s,
+          .readonly = p.readonly},
+      open_bus(buses[0].can, request));
+}
+
+std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
+  const Joints& joints = request.joints;
+  return std::make_unique<PerfectActuators>(
+      PerfectActuators::Options{.limits = joints.limits,
+                                .home_rad = {joints.home.begin(), joints.home.end()},
+                                .rate_hz = joints.rate_hz,
+                                .stays_powered = request.stays_powered,
+                                .readonly = request.params.readonly});
+}
+
+std::map<std::string, MakeActuators>& known_actuators() {
+  static std::map<std::string, MakeActuators> kinds{
+      {"cia402", make_cia402}, {"powercube", make_powercube}, {"perfect", make_perfect}};
+  return kinds;
+}
+
+}  // namespace
+
+double BridgeParams::robot_rate_hz() const {
+  return machine.empty() ? model::rate_of_robot(robot) : load_machine(machine).joints.rate_hz;
+}
+
+Joints take_machine(BridgeParams& params) {
+  if (params.machine.empty()) return load_joints(params.robot);
+  if (!params.buses.empty() || !params.axes.empty())
+    throw ConfigError("machine: the file holds buses and axes, and there are more of them");
+  Machine machine = load_machine(params.machine);
+  params.robot = machine.robot;
+  params.buses = machine.buses;
+  params.axes = machine.axes;
+  return machine.joints;
+}
+
+void add_actuators(const std::string& kind, MakeActuators make) {
+  known_actuators()[kind] = std::move(make);
+}
+
+std::unique_ptr<Actuators> make_actuators(const ActuatorsRequest& request) {
+  const auto found = known_actuators().find(request.joints.drives);
+  if (found != known_actuators().end()) return found->second(request);
+  std::string known;
+  for (const auto& [kind, make] : known_actuators()) known += (known.empty() ? "" : ", ") + kind;
+  throw ConfigError(request.params.robot + ": drives: '" + request.joints.drives +
+                    "' is not known, expected one of " + known);
+}
+
+}  // namespace mimesis::hw::bridge

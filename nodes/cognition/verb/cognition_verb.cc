@@ -1,0 +1,246 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/plot/gnuplot.h"
+#include "nodes/cognition/verb/run_fields.h"
+#include "proto/cognition.pb.h"
+#include "proto/planner.pb.h"
+#include "proto/vision.pb.h"
+#include "tools/mimesis/field_text.h"
+#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/table.h"
+#include "tools/mimesis/verb.h"
+
+namespace mimesis::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct ExplainOptions {
+  std::string log, plot;
+  int number = 0;  ///< of the decision to draw; 0: the last
+  bool json = false;
+};
+
+/// max u of each field at one time.
+struct Sample {
+  double time_s;
+  std::vector<double> peaks;
+};
+
+/// What a log says of decisions; times are from its start.
+struct Record {
+  std::vector<v1::Explanation> explanations;
+  std::vector<std::string> seen;   ///< before each
+  std::vector<std::string> asked;  ///< test plans before each, a line each
+  std::vector<double> fallen_s;
+  std::vector<std::string> fields;
+  std::vector<Sample> samples;
+};
+
+/// "precision" of GRIP_PRECISION, "-" if unspecified.
+std::string word(std::string name, const std::string& prefix) {
+  name = name.substr(prefix.size());
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name == "unspecified" ? "-" : name;
+}
+
+/// "full, below, high" of a decision, an observation or a plan.
+template <class Symbols>
+std::string words(const Symbols& s) {
+  return fmt::format("{}, {}, {}", word(v1::Grip_Name(s.grip()), "GRIP_"),
+                     word(v1::Transport_Name(s.transport()), "TRANSPORT_"),
+                     word(v1::Goal_Name(s.goal()), "GOAL_"));
+}
+
+Record read_record(const std::vector<OpenLog>& logs) {
+  Record record;
+  const Span span = span_of(logs);
+  const auto wanted = [&](const log::Channel& c) {
+    return c.topic.ends_with("/explanation") || c.topic.ends_with("/fields") ||
+           c.topic.ends_with("/observation") || c.topic.ends_with("/proposal") ||
+           c.topic.ends_with("/status");
+  };
+  std::string seen, asked, open;  // open: the test plan that was asked for
+  scan_logs(logs, {wanted}, "explain", [&](const Item& item) {
+    const std::string type = item.schema == nullptr ? "" : item.schema->name;
+    const double time_s = static_cast<double>(item.message->log_time - span.start_ns) * 1e-9;
+    v1::FieldActivity activity;
+    v1::Explanation explanation;
+    v1::Observation observation;
+    v1::Decision proposal;
+    v1::TaskStatus status;
+    if (type == explanation.GetTypeName() && parse(item, explanation)) {
+      record.explanations.push_back(explanation);
+      record.fallen_s.push_back(time_s);
+      record.seen.push_back(seen);
+      record.asked.push_back(std::exchange(asked, {}));
+      open.clear();
+    } else if (type == observation.GetTypeName() && parse(item, observation)) {
+      if (words(observation) == "-, -, -") return;  // nobody acts, or the robot's own eyes
+      seen = words(observation);
+      const std::string color = word(v1::ObjectColor_Name(observation.color()), "OBJECT_COLOR_");
+      if (color != "-") seen += ", " + color;
+    } else if (type == proposal.GetTypeName() && parse(item, proposal)) {
+      open = words(proposal);
+    } else if (type == status.GetTypeName() && parse(item, status)) {
+      const bool failed = status.state() == v1::TASK_STATE_FAILED;
+      if (words(status) != open || !(failed || status.plan_succeeded())) return;
+      asked += fmt::format("  test plan for {}: {}\n", open, failed ? status.reason() : "found");
+      open.clear();
+    } else if (type == activity.GetTypeName() && parse(item, activity)) {
+      Sample sample{time_s, {}};
+      record.fields.clear();
+      for (const v1::Field& f : activity.fields()) {
+        record.fields.push_back(f.name());
+        sample.peaks.push_back(f.u().empty() ? 0.0 : *std::ranges::max_element(f.u()));
+      }
+      record.samples.push_back(std::move(sample));
+    }
+  });
+  return record;
+}
+
+std::string told(const Record& record, std::size_t at) {
+  const v1::Explanation& e = record.explanations[at];
+  const v1::Decision& d = e.decision();
+  const std::string seen = fmt::format("{:.2f} s: seen {}; ", record.fallen_s[at], record.seen[at]);
+  if (!d.settled()) return seen + "no decision: " + d.reason();
+  return seen + fmt::format("decided {} after {:.2f} s, confidence {:.2f}", words(d),
+                            e.deciding_s(), e.confidence());
+}
+
+void print(const Record& record, std::size_t at) {
+  const v1::Explanation& e = record.explanations[at];
+  std::cout << told(record, at) << '\n' << record.asked[at];
+  Table table({"  FIELD", "SITE", "ACTIVE AFTER", "LEAD", "CARRIED BY"});
+  for (const v1::FieldReason& f : e.fields()) {
+    std::string by;
+    for (const v1::Influence& i : f.influences()) {
+      if (i.input() < 0.005 && i.input() > -0.005) continue;
+      by += fmt::format("{}{} {:.2f}", by.empty() ? "" : " + ", i.from(), i.input());
+    }
+    table.row({"  " + f.field(), f.site(), fmt::format("{:.0f} ms", 1000.0 * f.onset_s()),
+               fmt::format("{:.2f}", f.lead()), by});
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+}
+
+/// Activity over time around one decision; an arrow where each field became active.
+void draw(const Record& record, std::size_t at, const std::string& png) {
+  const v1::Explanation& e = record.explanations[at];
+  const double end_s = record.fallen_s[at], onset_s = end_s - e.deciding_s();
+  double from_s = onset_s - 0.3;
+  std::vector<plot::Data> data;
+  std::string script = fmt::format(
+      "set title {} font 'sans,12'\nset xlabel 'time of the log [s]'\nset ylabel 'max u'\nset key "
+      "outside right\nset xrange [{}:{}]\n",
+      plot::quoted(told(record, at)), from_s, end_s + 0.2);
+  std::string curves = "plot 0 lt 8 lw 1 dt 3 notitle";
+  for (std::size_t f = 0; f < record.fields.size(); ++f) {
+    plot::Data d{fmt::format("f{}", f), {}};
+    for (const Sample& s : record.samples) {
+      if (s.time_s >= from_s && s.time_s <= end_s + 0.2 && f < s.peaks.size()) {
+        d.rows.push_back({s.time_s, s.peaks[f]});
+      }
+    }
+    std::string name = record.fields[f];
+    for (const v1::FieldReason& reason : e.fields()) {
+      if (reason.field() != record.fields[f]) continue;
+      name += " " + reason.site();
+      script += fmt::format("set arrow from {0},graph 0 to {0},graph 0.06 nohead lt {1} lw 3\n",
+                            onset_s + reason.onset_s(), f + 1);
+    }
+    curves += fmt::format(", ${} using 1:2 with lines lt {} lw 2 title {}", d.name, f + 1,
+                          plot::quoted(name));
+    data.push_back(std::move(d));
+  }
+  plot::plot_png(png, 1000, 460, data, script + curves);
+}
+
+int explain(const ExplainOptions& options) {
+  const auto logs = open_logs({options.log});
+  const Record record = read_record(logs);
+  if (record.explanations.empty()) {
+    throw VerbEnd{options.log + ": holds no decision of cognition (topic cognition/explanation)",
+                  3};
+  }
+  const auto count = static_cast<int>(record.explanations.size());
+  if (options.number > count) {
+    throw VerbEnd{fmt::format("--number {}: the log holds {}", options.number, count), 2};
+  }
+  if (options.json) {
+    Json all = Json::array();
+    for (std::size_t i = 0; i < record.explanations.size(); ++i) {
+      Json one = {{"time_s", record.fallen_s[i]}};
+      one.update(to_json(record.explanations[i]));
+      all.push_back(std::move(one));
+    }
+    std::cout << all.dump() << '\n';
+  } else {
+    for (std::size_t i = 0; i < record.explanations.size(); ++i) {
+      print(record, i);
+    }
+  }
+  if (!options.plot.empty()) {
+    draw(record, static_cast<std::size_t>((options.number > 0 ? options.number : count) - 1),
+         options.plot);
+    std::cerr << "written: " << options.plot << '\n';
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_cognition(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand(
+      "cognition", "Runs neural fields, and says why they decided as they did");
+  verb->require_subcommand(1);
+  auto options = std::make_shared<ExplainOptions>();
+  CLI::App* sub = verb->add_subcommand(
+      "explain", "Which inputs and links carried each field over its threshold, per decision");
+  sub->add_option("LOG", options->log, "A recorded run")->required();
+  sub->add_flag("--json", options->json, "A list with an object for each decision");
+  sub->add_option("--plot", options->plot, "Draw activity over time to this file (PNG)")
+      ->type_name("FILE");
+  sub->add_option("--number", options->number, "The decision to draw, from 1; default: the last")
+      ->check(CLI::PositiveNumber);
+  sub->footer(
+      "LEAD: share of the winner's input that the best other site lacks. Confidence is the least "
+      "of "
+      "PF, F5g, F5t, PFC.\nExit codes: 0 done, 1 failed, 2 usage, 3 no log, or one without "
+      "decisions.\nExamples:\n  mimesis cognition explain imitation.mcap --plot why.png");
+  on_run(*sub, exit_code, [options] { return explain(*options); });
+
+  auto run = std::make_shared<RunOptions>();
+  CLI::App* fields =
+      verb->add_subcommand("run", "Runs the fields of a network (YAML, or JSON of dnf-composer)");
+  fields->add_option("NETWORK", run->network, "File, in models/ or elsewhere")->required();
+  fields->add_option("--input", run->inputs, "An input of the file, and when [s]; may be repeated")
+      ->type_name("NAME:FIELD[=SITE]@FROM-TO");
+  fields->add_option("--train", run->train, "Presentations of the inputs before, which links learn")
+      ->check(CLI::Range(0, 100'000));
+  fields->add_option("--recall", run->recall, "What is shown after the training, instead of inputs")
+      ->type_name("NAME:FIELD[=SITE]@FROM-TO");
+  fields->add_option("--seconds", run->seconds, "Duration of one presentation [s]")
+      ->check(CLI::Range(0.001, 3600.0))
+      ->capture_default_str();
+  fields->add_flag("--json", run->json,
+                   "A list with an object for each field, with its activity u");
+  fields->footer(
+      "Exit codes: 0 done, 2 usage or a bad file.\nExamples:\n"
+      "  mimesis cognition run bar_fields.yaml --input vision:STSg=PG@0-0.6 --input "
+      "vision:STSt=AT@0-0.6\n"
+      "  mimesis cognition run sequence_fields.yaml --train 10 --input event:A@0-0.06 --input "
+      "event:B@0.16-0.22 --input event:C@0.32-0.38 --recall event:A@0-0.06\n"
+      "  mimesis cognition run composer_selection.json --input stimulus:u@0-12.5 --seconds 12.5");
+  on_run(*fields, exit_code, [run] { return run_fields(*run); });
+}
+
+}  // namespace mimesis::tool

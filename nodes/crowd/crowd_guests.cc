@@ -1,0 +1,277 @@
+#include "nodes/crowd/crowd_guests.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/error.h"
+#include "common/math/circle.h"
+#include "common/time.h"
+#include "nodes/crowd/crowd_messages.h"
+
+namespace mimesis::crowd {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kFarBody_m = 1e5, kLongest_s = 10.0;
+
+bool takes_part(v1::WalkState state) {
+  return state == v1::WALK_STATE_STANDING || state == v1::WALK_STATE_STARTING ||
+         state == v1::WALK_STATE_WALKING || state == v1::WALK_STATE_STOPPING;
+}
+
+/// The right foot swings in the first half of a cycle, and lands at π. Before the first step the
+/// weight is shifted: the phase rests.
+double phase_of(const v1::WalkFeedback& robot, double step_s) {
+  const double from = robot.swing() == v1::FOOT_LEFT ? kPi : 0.0;
+  if (robot.to_landing_s() <= 0.0) return from;
+  return from + kPi * std::clamp(1.0 - robot.to_landing_s() / step_s, 0.0, 1.0);
+}
+
+}  // namespace
+
+Guests::Guests(const CrowdParams& params, runtime::Bus& bus, ScenarioRun& run)
+    : params_(params),
+      run_(run),
+      agents_(run.roster().externals(), params.trust_in(run.scenario())),
+      reasons_(static_cast<std::size_t>(run.roster().externals())),
+      agents_in_(bus, "agents", true),
+      characters_in_(bus, "characters", {.optional = true}),
+      robot_in_(bus, "robot", {.optional = params.robot.agent < 0}),
+      command_(bus, "command"),
+      style_(bus, "wish") {
+  if (params.robot.agent >= agents_.size()) {
+    throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
+                                  params.robot.agent, agents_.size()));
+  }
+}
+
+void Guests::take(Time now, bool first) {
+  while (const auto states = agents_in_.pop()) {
+    if (first) take_agents(*states, now);
+  }
+  const v1::MotionBatch* batch = characters_in_.take();
+  if (batch != nullptr && first) take_characters(*batch, now);
+  const v1::WalkFeedback* robot = robot_in_.take();
+  if (robot != nullptr && params_.robot.agent >= 0 && first) take_robot(*robot, now);
+}
+
+void Guests::take_agents(const v1::CrowdStates& states, Time now) {
+  if (const std::string why = fault(states, run_.scenario()); !why.empty()) {
+    if (bad_.pass()) runtime::warn("agents: {}; ignored", why);
+    return;
+  }
+  const Time stamp(states.header().stamp_ns());
+  for (int i = 0; i < states.id_size(); ++i) {
+    hear(states.id(i), to_report(states, i), stamp, now);
+  }
+  for (const std::uint64_t id : states.leaving()) {
+    if (const int e = run_.roster().external(id); e >= 0) agents_.leave(e);
+  }
+}
+
+void Guests::hear(AgentId id, const AgentReport& report, Time stamp, Time now) {
+  const int e = run_.roster().external(id);
+  if (e < 0) {
+    if (bad_.pass()) {
+      runtime::warn("agent {} is none that may come: the scenario names {} of them", id,
+                    run_.roster().externals());
+    }
+    return;
+  }
+  const std::string why = agents_.hear(e, report, stamp, now);
+  reasons_[static_cast<std::size_t>(e)] = why;
+  if (!why.empty() && bad_.pass()) {
+    runtime::warn("agent '{}': {}", run_.scenario().externals[static_cast<std::size_t>(e)].name,
+                  why);
+  }
+}
+
+void Guests::take_characters(const v1::MotionBatch& batch, Time now) {
+  const int n =
+      std::min(batch.phase_rad_size(), run_.roster().externals() - params_.first_character);
+  if (batch.heading_rad_size() < n || batch.position_pelvis_in_world_m_size() < 3 * n) {
+    if (bad_.pass()) runtime::warn("characters: lists of different lengths; ignored");
+    return;
+  }
+  for (int i = 0; i < n; ++i) {
+    AgentReport report;
+    report.p_W_m = {static_cast<double>(batch.position_pelvis_in_world_m(3 * i)),
+                    static_cast<double>(batch.position_pelvis_in_world_m(3 * i + 1))};
+    report.heading_rad = static_cast<double>(batch.heading_rad(i));
+    report.phase_rad = static_cast<double>(batch.phase_rad(i));
+    hear_body(params_.first_character + i, report, characters_in_.stamp(), now);
+  }
+}
+
+/// A robot that waits, or has stopped for safety, takes part no longer.
+void Guests::take_robot(const v1::WalkFeedback& robot, Time now) {
+  if (!takes_part(robot.state())) {
+    agents_.leave(params_.robot.agent);
+    bodies_.erase(params_.robot.agent);
+    return;
+  }
+  const v1::Vector3& pelvis = robot.position_pelvis_in_world_m();
+  if (std::max(std::abs(pelvis.x_m()), std::abs(pelvis.y_m())) > kFarBody_m ||
+      !(robot.to_landing_s() >= 0.0 && robot.to_landing_s() <= kLongest_s) ||
+      std::abs(robot.heading_rad()) > kFarBody_m) {
+    if (bad_.pass()) runtime::warn("robot: a place or step that no walker has; ignored");
+    return;
+  }
+  AgentReport report;
+  report.p_W_m = {pelvis.x_m(), pelvis.y_m()};
+  report.heading_rad = math::wrap_pi(robot.heading_rad());
+  report.phase_rad = phase_of(robot, params_.robot.step_s);
+  const bool steps = robot.to_landing_s() > 0.0 && robot.to_landing_s() <= params_.robot.step_s;
+  hear_body(params_.robot.agent, report, robot_in_.stamp(), now,
+            steps ? kPi / params_.robot.step_s : 0.0);
+}
+
+/// Rates that it does not say are those since the message before; it walks where its pelvis does in
+/// the mean.
+void Guests::hear_body(int number, AgentReport report, Time stamp, Time now,
+                       std::optional<double> phase_rate_rad_s) {
+  const AgentId id = run_.roster().external_id(number);
+  const auto [known, comes] = bodies_.try_emplace(number);
+  Body& body = known->second;
+  if (!comes && stamp <= body.stamp) return;
+  const double dt = to_seconds(stamp - body.stamp);
+  if (!comes) {
+    const Eigen::Vector2d ahead(std::cos(report.heading_rad), std::sin(report.heading_rad));
+    report.phase_rate_rad_s =
+        phase_rate_rad_s.value_or(math::wrap_pi(report.phase_rad - body.report.phase_rad) / dt);
+    report.speed_m_s = (report.p_W_m - body.report.p_W_m).dot(ahead) / dt;
+  }
+  body.report = report;
+  body.stamp = stamp;
+  const int group = run_.crowd().group_of(id).value_or(run_.roster().home(id));
+  const SpeedFunction& gait = run_.crowd().group(group).gait;
+  const AgentReport walker = body.path.step(report, stamp, gait);
+  body.step.learn(body.asked_m, 0.5 * body.path.cycle_m(), body.path.advance());
+  if (body.asked_rad && body.path.cycle_m() > 0.0) {
+    body.heading.learn(*body.asked_rad, walker.heading_rad, body.path.advance());
+  }
+  if (!comes) hear(id, walker, stamp, now);
+}
+
+std::vector<Guests::Change> Guests::judge(Time now, Time state_time) {
+  std::vector<Change> changes;
+  for (const ExternalAgents::Change& change : agents_.update(now)) {
+    changes.push_back(change_trust(change, state_time));
+  }
+  for (int e = 0; e < agents_.size(); ++e) {
+    if (agents_.trust(e) == Trust::absent || !agents_.fresh(e)) continue;
+    agents_.taken(e);
+    const AgentId id = run_.roster().external_id(e);
+    if (!run_.crowd().group_of(id)) continue;
+    MIMESIS_ASSERT(run_.crowd().set_state(id, to_state(agents_.believed(e, state_time))));
+  }
+  return changes;
+}
+
+Guests::Change Guests::change_trust(const ExternalAgents::Change& change, Time state_time) {
+  const auto e = static_cast<std::size_t>(change.agent);
+  const std::string& name = run_.scenario().externals[e].name;
+  const AgentId id = run_.roster().external_id(change.agent);
+  reasons_[e] = change.reason;
+  Crowd& crowd = run_.crowd();
+  const int group = crowd.group_of(id).value_or(run_.roster().home(id));
+  switch (change.to) {
+    case Trust::absent:
+      crowd.remove(id);
+      styles_.erase(change.agent);
+      bodies_.erase(change.agent);
+      runtime::warn("agent '{}' is gone: {}", name, change.reason);
+      break;
+    case Trust::lagging:
+      if (crowd.group_of(id)) MIMESIS_ASSERT(crowd.set_role(id, Role::seen));
+      runtime::warn("agent '{}' is not trusted: {}", name, change.reason);
+      break;
+    case Trust::trusted:
+      if (crowd.group_of(id)) {
+        MIMESIS_ASSERT(crowd.set_role(id, Role::external));
+      } else {
+        Agent agent = run_.roster().start(id);
+        agent.state = to_state(agents_.believed(change.agent, state_time));
+        try {
+          crowd.add(group, std::span<const Agent>(&agent, 1));
+        } catch (const ConfigError& error) {
+          return {group, "", fmt::format("agent '{}' cannot take part: {}", name, error.what())};
+        }
+      }
+      runtime::info("agent '{}' takes part: {}", name, change.reason);
+      break;
+  }
+  return {group, fmt::format("'{}' {}", name, change.reason), ""};
+}
+
+void Guests::publish_commands(Time now) {
+  command_message_.clear_gaits();
+  for (int e = params_.first_character; e < agents_.size(); ++e) {
+    if (agents_.trust(e) != Trust::trusted) continue;
+    const AgentId id = run_.roster().external_id(e);
+    const std::optional<Crowd::Wish> wish = run_.crowd().wish(id);
+    if (!wish || !run_.crowd().group_of(id)) continue;
+    *command_message_.add_gaits() = command_for(e, *wish);
+  }
+  if (command_message_.gaits_size() > 0) command_.send(command_message_, now);
+}
+
+void Guests::publish_styles(Time now) {
+  for (int e = params_.first_character; e < agents_.size(); ++e) {
+    if (agents_.trust(e) == Trust::absent) continue;
+    const std::optional<int> group = run_.crowd().group_of(run_.roster().external_id(e));
+    if (!group) continue;
+    const int gait = run_.gait(*group);
+    const auto told = styles_.find(e);
+    if (told != styles_.end() && told->second == gait) continue;
+    styles_[e] = gait;
+    v1::StyleWish wish;
+    wish.add_characters(static_cast<std::uint32_t>(e - params_.first_character));
+    v1::StyleShare& share = *wish.add_shares();
+    share.set_style(run_.scenario().gaits[static_cast<std::size_t>(gait)].name);
+    share.set_share(1.0);
+    style_.send(wish, now);
+  }
+}
+
+/// A body's steps are requested with a length that results in the length of the rules, and its
+/// heading so that its path is the rules'.
+v1::GaitCommand Guests::command_for(int number, const Crowd::Wish& wish) {
+  const AgentId id = run_.roster().external_id(number);
+  const Agent agent = *run_.crowd().find(id);
+  const GroupSettings& group = run_.crowd().group(*run_.crowd().group_of(id));
+  const double ahead_s =
+      std::min(params_.ahead_s, settling_s(group.rules.heading, wish.phase_rate_rad_s));
+  double step_m = agent.traits.stride * (1.0 + wish.length) * 0.5 * group.gait.cycle_m();
+  double heading = agent.state.heading_rad + ahead_s * wish.heading_rate_rad_s;
+  if (const auto body = bodies_.find(number); body != bodies_.end()) {
+    step_m /= body->second.step.value();
+    body->second.asked_m = step_m;
+    body->second.asked_rad = heading;
+    heading += body->second.path.yaw_rad() + body->second.heading.value_rad();
+  }
+  v1::GaitCommand command;
+  command.set_character(static_cast<std::uint32_t>(number - params_.first_character));
+  command.set_phase_rad(math::wrap_two_pi(agent.state.phase_rad));
+  command.set_phase_rate_rad_s(std::max(0.0, wish.phase_rate_rad_s));
+  command.set_step_length_m(step_m);
+  command.set_heading_rad(math::wrap_pi(heading));
+  return command;
+}
+
+void Guests::describe(v1::CrowdStatus& status, Time now) const {
+  for (int e = 0; e < agents_.size(); ++e) {
+    v1::CrowdExternal& external = *status.add_externals();
+    external.set_id(run_.roster().external_id(e));
+    external.set_name(run_.scenario().externals[static_cast<std::size_t>(e)].name);
+    external.set_trust(crowd::to_proto(agents_.trust(e)));
+    external.set_reason(reasons_[static_cast<std::size_t>(e)]);
+    if (agents_.trust(e) != Trust::absent) external.set_age_s(agents_.age_s(e, now));
+  }
+}
+
+}  // namespace mimesis::crowd

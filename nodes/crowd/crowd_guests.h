@@ -1,0 +1,80 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/runtime/log.h"
+#include "common/runtime/ports.h"
+#include "nodes/crowd/crowd_params.h"
+#include "nodes/crowd/external/path_filter.h"
+#include "nodes/crowd/run/scenario_run.h"
+#include "proto/crowd.pb.h"
+#include "proto/motion.pb.h"
+#include "proto/walker.pb.h"
+
+namespace mimesis::crowd {
+
+/// Agents that other processes move: those on port `agents`, the synthesizer's characters, a
+/// walking robot. Decides whom to trust, puts them into the run, and publishes their commands. Of
+/// several coordinators, the first one looks after them.
+class Guests {
+ public:
+  using Time = runtime::Time;
+  /// @param run  outlives it
+  /// @throws ConfigError
+  Guests(const CrowdParams& params, runtime::Bus& bus, ScenarioRun& run);
+
+  /// Reads the ports. @param first  false: messages are dropped
+  void take(Time now, bool first);
+  /// A change of trust, or what went wrong with it.
+  struct Change {
+    int group;
+    std::string what, trouble;
+  };
+  /// Adds agents to the run, removes them, and sets their states at `state_time`, the time of the
+  /// run.
+  std::vector<Change> judge(Time now, Time state_time);
+  /// Commands to walk as the rules would move them.
+  void publish_commands(Time now);
+  /// Tells characters the gait of their group when they come and when it changes.
+  void publish_styles(Time now);
+  void describe(v1::CrowdStatus& status, Time now) const;
+
+ private:
+  /// An agent with a body: its last state, rates as differences, and its steps.
+  struct Body {
+    AgentReport report;
+    Time stamp{};
+    PathFilter path;
+    StepGain step;
+    HeadingTrim heading;
+    double asked_m = 0.0;
+    std::optional<double> asked_rad{};
+  };
+  void take_agents(const v1::CrowdStates& states, Time now);
+  void take_characters(const v1::MotionBatch& batch, Time now);
+  void take_robot(const v1::WalkFeedback& robot, Time now);
+  void hear(AgentId id, const AgentReport& report, Time stamp, Time now);
+  void hear_body(int number, AgentReport report, Time stamp, Time now,
+                 std::optional<double> phase_rate_rad_s = std::nullopt);
+  Change change_trust(const ExternalAgents::Change& change, Time state_time);
+  v1::GaitCommand command_for(int number, const Crowd::Wish& wish);
+
+  CrowdParams params_;
+  ScenarioRun& run_;
+  ExternalAgents agents_;
+  std::vector<std::string> reasons_;  // of their trust; like the maps by number of the agent
+  std::map<int, Body> bodies_;
+  std::map<int, int> styles_;  // gait last sent to a character
+  v1::CrowdCommand command_message_;
+  runtime::Throttle bad_{std::chrono::seconds(1)};
+
+  runtime::Queue<v1::CrowdStates, 256> agents_in_;
+  runtime::Latest<v1::MotionBatch> characters_in_;
+  runtime::Latest<v1::WalkFeedback> robot_in_;
+  runtime::Out<v1::CrowdCommand> command_;
+  runtime::Out<v1::StyleWish> style_;
+};
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,495 @@
+#include "nodes/planner/verb/verify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/error.h"
+
+namespace mimesis::tool {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr std::size_t kMostFindings = 20;
+/// Largest distance between the planner's path and the curve through its samples [m].
+constexpr double kSampling_m = 2e-5;
+constexpr double kUndecided_rad = 1e-7;
+constexpr std::size_t kMostPostures = 200'000;  // to prove one part
+constexpr std::size_t kFewPostures = 64;        // to prove more than is asked
+/// Factor on the arm's accelerations: at low speeds braking lasts few periods [1].
+constexpr double kOfPeriods = 1.25;
+constexpr double kRounding = 1e-9;
+
+VectorXd vector(const std::vector<double>& v) {
+  return VectorXd::Map(v.data(), static_cast<Index>(v.size()));
+}
+
+struct Range {
+  double lo = 0.0, hi = 0.0;
+  double middle() const { return 0.5 * (lo + hi); }
+  double half() const { return 0.5 * (hi - lo); }
+};
+using Region = std::array<Range, 3>;
+/// How far half of each range moves the joints at most, n × 3 [rad].
+using Moves = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+/// The streamed motion from one instant to the next; range 0: the part of the period.
+struct Piece {
+  std::array<VectorXd, 4> p;  // Bézier
+  Piece(const VectorXd& q0, const VectorXd& v0, const VectorXd& q1, const VectorXd& v1, double h)
+      : p{q0, q0 + h / 3.0 * v0, q1 - h / 3.0 * v1, q1} {}
+
+  Region whole() const { return {Range{0.0, 1.0}, Range{}, Range{}}; }
+  VectorXd at(double t) const {
+    const double s = 1.0 - t;
+    return s * s * s * p[0] + 3.0 * s * s * t * p[1] + 3.0 * s * t * t * p[2] + t * t * t * p[3];
+  }
+  VectorXd at(const Region& r) const { return at(r[0].middle()); }
+  Moves moves(const Region& r) const {
+    Moves m = Moves::Zero(p[0].size(), 3);
+    for (std::size_t k = 0; k < 3; ++k)
+      m.col(0) = m.col(0).cwiseMax(3.0 * r[0].half() * (p[k + 1] - p[k]).cwiseAbs());
+    return m;
+  }
+};
+
+/// Stops by the drives; ranges: delay τ, time u since then, share s.
+struct Ramps {
+  VectorXd q, v, a;
+  double delay_s;
+
+  Region whole() const {
+    return {Range{0.0, delay_s}, Range{0.0, v.cwiseAbs().cwiseQuotient(a).maxCoeff()},
+            Range{0.0, 1.0}};
+  }
+  double ramp(Index j, double u) const {
+    const double t = std::min(u, std::abs(v[j]) / a[j]);
+    return std::copysign(std::abs(v[j]) * t - 0.5 * a[j] * t * t, v[j]);
+  }
+  VectorXd at(const Region& r) const {
+    VectorXd out = q + r[0].middle() * v;
+    for (Index j = 0; j < q.size(); ++j) out[j] += r[2].middle() * ramp(j, r[1].middle());
+    return out;
+  }
+  Moves moves(const Region& r) const {
+    Moves m(q.size(), 3);
+    for (Index j = 0; j < q.size(); ++j) {
+      const double left = std::max(0.0, std::abs(v[j]) - a[j] * r[1].lo);
+      m.row(j) << std::abs(v[j]) * r[0].half(), r[2].hi * left * r[1].half(),
+          std::abs(ramp(j, r[1].hi)) * r[2].half();
+    }
+    return m;
+  }
+};
+
+/// Stops in which the drive of one joint fails alone; ranges: time u, share s, and where that joint
+/// is between the ends of what it may reach.
+struct Alone {
+  Ramps ramps;
+  VectorXd lo, hi;  // places of the last alone_s
+  double alone_s;
+  Index joint;  // kAll: each is somewhere there
+  static constexpr Index kAll = -1;
+
+  Region whole() const { return {ramps.whole()[1], ramps.whole()[2], Range{0.0, 1.0}}; }
+  bool alone(Index j) const { return joint == kAll || j == joint; }
+  double late(Index j, double u, double s) const {
+    return ramps.q[j] + alone_s * ramps.v[j] + s * ramps.ramp(j, u);
+  }
+  VectorXd at(const Region& r) const {
+    const double u = r[0].middle(), s = r[1].middle();
+    VectorXd out = ramps.q;
+    for (Index j = 0; j < out.size(); ++j) {
+      out[j] += s * ramps.ramp(j, u);
+      if (!alone(j)) continue;
+      const double end = late(j, u, s), least = std::min(lo[j], end), most = std::max(hi[j], end);
+      out[j] = least + r[2].middle() * (most - least);
+    }
+    return out;
+  }
+  Moves moves(const Region& r) const {
+    Moves m = ramps.moves({Range{}, r[0], r[1]});
+    m.col(0) = m.col(1);
+    m.col(1) = m.col(2);
+    m.col(2).setZero();
+    for (Index j = 0; j < m.rows(); ++j) {
+      if (!alone(j)) continue;
+      const double one = late(j, r[0].lo, r[1].lo), other = late(j, r[0].hi, r[1].hi);
+      m(j, 2) = r[2].half() * (std::max({hi[j], one, other}) - std::min({lo[j], one, other}));
+    }
+    return m;
+  }
+};
+
+struct Sphere {
+  Vector3d center;
+  double radius = 0.0;
+  int frame = 0, group = 0;
+  bool held = false, against_obstacles = true;
+  std::vector<double> lever_m;  ///< Lᵢⱼ of the joints below its frame
+};
+
+struct Cuboid {
+  Vector3d center, half;
+  bool support = false;
+};
+
+/// The arm among the obstacles of one motion.
+class Scene {
+ public:
+  Scene(const kin::ArmModel& arm, const PlanMotion& motion) : arm_(arm) {
+    for (const kin::SafetyBall& ball : arm.balls) {
+      add({ball.center,
+           ball.radius,
+           ball.frame,
+           ball.group,
+           false,
+           std::count(arm.env_groups.begin(), arm.env_groups.end(), ball.group) > 0,
+           {}});
+    }
+    const int hand = arm.balls.empty() ? 0 : arm.balls.back().group;
+    for (std::size_t i = 0; i < motion.held_m.size(); i += 4) {
+      const Vector3d in_E = Vector3d::Map(&motion.held_m[i]);
+      add({arm.X_LE * in_E, motion.held_m[i + 3], arm.dof(), hand, true, true, {}});
+    }
+    for (std::size_t i = 0; i < motion.balls_m.size(); i += 4)
+      balls_.push_back({Vector3d::Map(&motion.balls_m[i]), motion.balls_m[i + 3]});
+    for (const bool support : {false, true}) {
+      const auto& rows = support ? motion.supports_m : motion.boxes_m;
+      for (std::size_t i = 0; i < rows.size(); i += 6)
+        boxes_.push_back({Vector3d::Map(&rows[i]), Vector3d::Map(&rows[i + 3]), support});
+    }
+    for (std::size_t a = 0; a < spheres_.size(); ++a) {
+      for (std::size_t b = 0; b < spheres_.size(); ++b) {
+        const std::pair groups(spheres_[a].group, spheres_[b].group);
+        if (std::count(arm.self_pairs.begin(), arm.self_pairs.end(), groups) > 0)
+          pairs_.emplace_back(a, b);
+      }
+    }
+    at_.resize(spheres_.size());
+    bound_.resize(spheres_.size());
+  }
+
+  /// All postures of the family are proven `least` metres apart from everything. If not, `why`.
+  template <class Family>
+  bool proves(const Family& family, double least, PlanVerdict& verdict, double& nearest,
+              std::string& why, std::size_t most = kMostPostures) {
+    std::vector<Region> open{family.whole()};
+    for (std::size_t next = 0; next < open.size(); ++next) {  // the coarse ones first
+      Region region = open[next];
+      const Moves moves = family.moves(region);
+      ++verdict.postures;
+      const Look seen = look(family.at(region), moves.rowwise().sum());
+      nearest = std::min(nearest, seen.gap);
+      if (seen.proven >= least) continue;
+      Index range = 0;
+      const double widest = moves.colwise().maxCoeff().maxCoeff(&range);
+      // At the limit itself a part stays undecided.
+      if (seen.gap < least || next > most || widest < kUndecided_rad) {
+        why = fmt::format("{} and {}: {:.3f} mm apart, expected {:.3f}", name(seen.ball),
+                          seen.other, 1e3 * seen.gap, 1e3 * least);
+        return false;
+      }
+      auto& split = region[static_cast<std::size_t>(range)];
+      const Range all = split;
+      split = {all.middle(), all.hi};
+      open.push_back(region);
+      split = {all.lo, all.middle()};
+      open.push_back(region);
+    }
+    return true;
+  }
+
+ private:
+  struct Look {
+    double gap = std::numeric_limits<double>::infinity();  ///< least distance
+    double proven = gap;                                   ///< at least, of the whole part
+    std::size_t ball = 0;                                  ///< the nearest, and what it is near to
+    std::string other;
+  };
+
+  void add(Sphere sphere) {
+    // From the ball inwards: its distance from the origin of frame m, then that from axis m.
+    double reach = sphere.center.norm();
+    sphere.lever_m.resize(static_cast<std::size_t>(sphere.frame));
+    for (auto m = static_cast<std::size_t>(sphere.frame); m-- > 0;) {
+      const kin::DhLink& link = arm_.links[m];
+      sphere.lever_m[m] = link.slides ? 1.0 : link.modified ? reach : reach + std::abs(link.a);
+      const auto joint = static_cast<Index>(m);
+      const double slide =
+          link.slides ? std::max(std::abs(arm_.q_min[joint]), std::abs(arm_.q_max[joint])) : 0.0;
+      reach += std::hypot(link.a, std::abs(link.d) + slide);
+    }
+    spheres_.push_back(std::move(sphere));
+  }
+
+  /// Link after link, each by its four elementary motions.
+  void place(const VectorXd& q) {
+    Eigen::Isometry3d X = arm_.X_WB;
+    std::size_t next = 0;
+    std::vector<Eigen::Isometry3d>& frames = frames_;
+    frames.assign(1, X);
+    for (std::size_t m = 0; m < arm_.links.size(); ++m) {
+      const kin::DhLink& link = arm_.links[m];
+      const double turned = link.slides ? 0.0 : q[static_cast<Index>(m)],
+                   moved = link.slides ? q[static_cast<Index>(m)] : 0.0;
+      const Eigen::AngleAxisd turn(turned + link.offset, Vector3d::UnitZ());
+      const Eigen::AngleAxisd tilt(link.alpha, Vector3d::UnitX());
+      const Eigen::Translation3d along_x(link.a, 0.0, 0.0), along_z(0.0, 0.0, link.d + moved);
+      if (link.modified) {
+        X = X * tilt * along_x * turn * along_z;
+      } else {
+        X = X * turn * along_z * along_x * tilt;
+      }
+      frames.push_back(X);
+    }
+    for (const Sphere& sphere : spheres_)
+      at_[next++] = frames[static_cast<std::size_t>(sphere.frame)] * sphere.center;
+  }
+
+  static double moved(const Sphere& sphere, const VectorXd& delta, int from) {
+    double sum = 0.0;
+    for (int j = from; j < sphere.frame; ++j)
+      sum += sphere.lever_m[static_cast<std::size_t>(j)] * delta[j];
+    return sum;
+  }
+
+  Look look(const VectorXd& q, const VectorXd& delta) {
+    place(q);
+    for (std::size_t i = 0; i < spheres_.size(); ++i) bound_[i] = moved(spheres_[i], delta, 0);
+    Look out;
+    const char* kind = "";
+    std::size_t nearest = 0;
+    const auto consider = [&](std::size_t ball, double gap, double bound, const char* what,
+                              std::size_t index) {
+      out.proven = std::min(out.proven, gap - bound);
+      if (gap >= out.gap) return;
+      out.gap = gap;
+      out.ball = ball;
+      kind = what;
+      nearest = index;
+    };
+    for (std::size_t i = 0; i < spheres_.size(); ++i) {
+      const Sphere& sphere = spheres_[i];
+      if (!sphere.against_obstacles) continue;
+      for (std::size_t k = 0; k < balls_.size(); ++k) {
+        const auto& [center, radius] = balls_[k];
+        consider(i, (at_[i] - center).norm() - sphere.radius - radius, bound_[i], "obstacle ball",
+                 k);
+      }
+      for (std::size_t k = 0; k < boxes_.size(); ++k) {
+        if (boxes_[k].support && sphere.held) continue;
+        const Vector3d out_of = (at_[i] - boxes_[k].center).cwiseAbs() - boxes_[k].half;
+        const double apart =
+            out_of.maxCoeff() < 0.0 ? out_of.maxCoeff() : out_of.cwiseMax(0.0).norm();
+        consider(i, apart - sphere.radius, bound_[i], "box", k);
+      }
+    }
+    for (const auto& [a, b] : pairs_) {
+      // Relative to the inner one, only the joints between them move the outer one.
+      const bool a_outer = spheres_[a].frame > spheres_[b].frame;
+      const Sphere &outer = spheres_[a_outer ? a : b], &inner = spheres_[a_outer ? b : a];
+      consider(a, (at_[a] - at_[b]).norm() - outer.radius - inner.radius,
+               moved(outer, delta, inner.frame), "its ball", b);
+    }
+    out.other = fmt::format("{} {}", kind, nearest);
+    return out;
+  }
+
+  std::string name(std::size_t i) const {
+    if (spheres_[i].held) return "the held object";
+    return fmt::format("ball {} ({})", i, arm_.groups[static_cast<std::size_t>(spheres_[i].group)]);
+  }
+
+  const kin::ArmModel& arm_;
+  std::vector<Sphere> spheres_;
+  std::vector<std::pair<Vector3d, double>> balls_;
+  std::vector<Cuboid> boxes_;
+  std::vector<std::pair<std::size_t, std::size_t>> pairs_;
+  // Scratch
+  std::vector<Eigen::Isometry3d> frames_;
+  std::vector<Vector3d> at_;
+  std::vector<double> bound_;
+};
+
+class Verifier {
+ public:
+  Verifier(const PlanFile& plan, const kin::ArmModel& arm) : plan_(plan), arm_(arm) {}
+
+  PlanVerdict run() {
+    plan_.check(arm_.dof());
+    const PlanMotion* before = nullptr;
+    for (const PlanMotion& motion : plan_.motions) {
+      index_ = static_cast<std::size_t>(&motion - plan_.motions.data());
+      if (before != nullptr &&
+          before->instants.back().position_rad != motion.instants.front().position_rad)
+        find(0, "does not begin where the motion before it ends");
+      judge(motion);
+      before = &motion;
+    }
+    return std::move(verdict_);
+  }
+
+ private:
+  void find(std::size_t instant, const std::string& what) {
+    if (verdict_.findings.size() == kMostFindings) {
+      ++verdict_.left_out;
+      return;
+    }
+    verdict_.findings.push_back(fmt::format("motion {} ({}), {:.3f} s: {}", index_,
+                                            plan_.motions[index_].phase,
+                                            static_cast<double>(instant) * plan_.period_s, what));
+  }
+
+  void judge(const PlanMotion& motion) {
+    Scene scene(arm_, motion);
+    const double h = plan_.period_s;
+    const auto& instants = motion.instants;
+    pieces_.clear();
+    for (std::size_t k = 0; k + 1 < instants.size(); ++k) {
+      pieces_.emplace_back(vector(instants[k].position_rad), vector(instants[k].velocity_rad_s),
+                           vector(instants[k + 1].position_rad),
+                           vector(instants[k + 1].velocity_rad_s), h);
+    }
+    check_jerk(motion);
+    std::string why;
+    for (std::size_t k = 0; k < instants.size(); ++k) {
+      ++verdict_.instants;
+      const VectorXd q = vector(instants[k].position_rad), v = vector(instants[k].velocity_rad_s);
+      check_limits(k, q, v);
+      const bool end = k == 0 || k + 1 == instants.size();
+      if (end && v.cwiseAbs().maxCoeff() > kRounding) find(k, "is not at rest at its end");
+      if (k + 1 < instants.size()) {
+        check_rates(k, q, v, instants[k + 1]);
+        if (!scene.proves(pieces_[k], plan_.margin_m - kSampling_m, verdict_, verdict_.nearest_m,
+                          why))
+          find(k, why);
+      }
+      const Ramps ramps{q, v, arm_.a_max, plan_.stop_delay_s};
+      if (!scene.proves(ramps, plan_.stop_margin_m - kSampling_m, verdict_, verdict_.nearest_stop_m,
+                        why))
+        find(k, "the stop by the drives: " + why);
+      if (plan_.stop_alone_s > 0.0) check_alone(scene, motion, k, ramps);
+      check_stop(k, v, instants[k].stop_s);
+    }
+  }
+
+  /// Of each joint; first of all at once, which proves most instants.
+  void check_alone(Scene& scene, const PlanMotion& motion, std::size_t k, const Ramps& ramps) {
+    const double least = plan_.stop_margin_m - kSampling_m;
+    const auto periods = static_cast<std::size_t>(std::ceil(plan_.stop_alone_s / plan_.period_s));
+    Alone family{ramps, ramps.q, ramps.q, plan_.stop_alone_s, Alone::kAll};
+    for (std::size_t i = k - std::min(k, periods); i < k; ++i) {
+      const VectorXd q = vector(motion.instants[i].position_rad);
+      family.lo = family.lo.cwiseMin(q);
+      family.hi = family.hi.cwiseMax(q);
+    }
+    double nearest = 0.0;
+    std::string why;
+    if (scene.proves(family, least, verdict_, nearest, why, kFewPostures)) return;
+    for (family.joint = 0; family.joint < ramps.q.size(); ++family.joint) {
+      if (!scene.proves(family, least, verdict_, verdict_.nearest_stop_m, why))
+        find(k, fmt::format("the stop by the drives, that of joint {} failing alone: {}",
+                            family.joint, why));
+    }
+  }
+
+  void check_limits(std::size_t k, const VectorXd& q, const VectorXd& v) {
+    for (Index j = 0; j < q.size(); ++j) {
+      if (q[j] < arm_.q_min[j] - kRounding || q[j] > arm_.q_max[j] + kRounding)
+        find(k, fmt::format("joint {} is at {:.4f} rad, expected {:.4f} .. {:.4f}", j, q[j],
+                            arm_.q_min[j], arm_.q_max[j]));
+      if (std::abs(v[j]) > arm_.v_max[j])
+        find(k, fmt::format("joint {} turns at {:.4f} rad/s, expected {:.4f} at most", j, v[j],
+                            arm_.v_max[j]));
+    }
+  }
+
+  void check_rates(std::size_t k, const VectorXd& q, const VectorXd& v, const PlanInstant& next) {
+    const double h = plan_.period_s;
+    const VectorXd v1 = vector(next.velocity_rad_s), step = vector(next.position_rad) - q;
+    for (Index j = 0; j < q.size(); ++j) {
+      const double a = std::abs(v1[j] - v[j]) / h;
+      if (a > arm_.a_max[j])
+        find(k, fmt::format("joint {} accelerates by {:.3f} rad/s², expected {:.3f} at most", j, a,
+                            arm_.a_max[j]));
+      if (std::abs(step[j] - 0.5 * h * (v[j] + v1[j])) > 0.25 * h * h * arm_.a_max[j] + kRounding)
+        find(k, fmt::format("the velocity of joint {} is not that of its positions", j));
+    }
+  }
+
+  /// The jerk of each joint, by third differences; the arm rests before and behind the motion.
+  void check_jerk(const PlanMotion& motion) {
+    const auto count = static_cast<Index>(motion.instants.size());
+    for (Index j = 0; j < arm_.j_max.size(); ++j) {
+      const auto q = [&](Index k) {
+        const auto at = static_cast<std::size_t>(std::clamp(k, Index{0}, count - 1));
+        return motion.instants[at].position_rad[static_cast<std::size_t>(j)];
+      };
+      for (Index k = -2; k < count; ++k) {
+        const double jerk = std::abs(q(k + 2) - 3.0 * q(k + 1) + 3.0 * q(k) - q(k - 1)) /
+                            std::pow(plan_.period_s, 3);
+        if (jerk <= arm_.j_max[j]) continue;
+        find(static_cast<std::size_t>(std::max(k, Index{0})),
+             fmt::format("joint {} has a jerk of {:.1f} rad/s³, expected {:.1f} at most", j, jerk,
+                         arm_.j_max[j]));
+        break;
+      }
+    }
+  }
+
+  VectorXd on_path(double s) const {
+    const double periods = s / plan_.period_s;
+    const auto k = std::min(static_cast<std::size_t>(periods), pieces_.size() - 1);
+    return pieces_[k].at(std::min(1.0, periods - static_cast<double>(k)));
+  }
+
+  void check_stop(std::size_t k, const VectorXd& v, const std::vector<double>& stop_s) {
+    const double h = plan_.period_s, begin = static_cast<double>(k) * h;
+    const double end = static_cast<double>(pieces_.size()) * h;
+    double at = begin;
+    VectorXd q = on_path(begin);
+    // Mean rates of periods are compared, from that before the instant on.
+    VectorXd rate = k == 0 ? v : VectorXd((q - on_path(begin - h)) / h);
+    // How hard the arm slows down, as a share of its accelerations.
+    const auto change_to = [&](const VectorXd& next) {
+      const double share =
+          ((next - rate).cwiseAbs().array() / (h * arm_.a_max.array() + kRounding)).maxCoeff();
+      rate = next;
+      return share;
+    };
+    for (const double s : stop_s) {
+      if (s < at - kRounding || s > end + kRounding)
+        return find(k, "the stop along the path leaves the motion, or goes backwards");
+      const VectorXd next = on_path(std::clamp(s, begin, end));
+      const double share = change_to((next - q) / h);
+      if (share > kOfPeriods)
+        return find(k, fmt::format("the stop along the path takes {:.2f} of the arm's "
+                                   "accelerations, expected {} at most",
+                                   share, kOfPeriods));
+      q = next;
+      at = s;
+    }
+    if (change_to(VectorXd::Zero(v.size())) > kOfPeriods)
+      find(k, "the stop along the path does not end at rest");
+  }
+
+  const PlanFile& plan_;
+  const kin::ArmModel& arm_;
+  PlanVerdict verdict_;
+  std::size_t index_ = 0;
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace
+
+PlanVerdict verify_plan(const PlanFile& plan, const kin::ArmModel& arm) {
+  return Verifier(plan, arm).run();
+}
+
+}  // namespace mimesis::tool

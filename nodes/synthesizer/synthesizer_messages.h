@@ -1,0 +1,41 @@
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nodes/synthesizer/director.h"
+#include "proto/motion.pb.h"
+#include "proto/walker.pb.h"
+
+namespace mimesis::synthesizer {
+
+/// Why a message cannot be obeyed, for log lines and MotionStatus.reason; empty if it can.
+std::string fault(const v1::MotionGoal& goal, const Characters& characters);
+std::string fault(const v1::StyleWish& wish, const Characters& characters);
+std::string fault(const v1::Beat& beat);
+std::string fault(const v1::GaitCommand& gait, const Characters& characters);
+std::string fault(const v1::WalkFeedback& feedback);
+std::string fault(const v1::HeadSight& sight);
+
+/// Shares of all styles of the repertoire, sum 1. The wish has no fault.
+std::vector<double> to_shares(const v1::StyleWish& wish, const Repertoire& repertoire);
+GaitWish to_gait(const v1::GaitCommand& gait);
+
+/// Rows of the director's character as they may be sent: within the model's joint limits.
+struct LimitedMotion {
+  std::span<const float> angles_rad;
+  std::span<const double> velocity_rad_s;
+};
+/// The motion of one.
+void to_proto(const Director& director, int i, const LimitedMotion& limited, v1::Motion& motion);
+/// All of them, within joint limits. The lists keep their memory from message to message.
+void to_proto(const Director& director, v1::MotionBatch& batch);
+/// Without header. `plan`: null if there is none.
+v1::MotionStatus to_proto(int i, const Progress& progress);
+
+/// Precondition of both: the message has no fault.
+RobotFeedback to_feedback(const v1::WalkFeedback& message);
+/// `age_s`: since the image was taken.
+DrawerSenses::Sight to_sight(const v1::HeadSight& message, double age_s);
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,167 @@
+// `mimesis vision` as people call it, and the files that it writes.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "common/error.h"
+#include "common/image/image_file.h"
+#include "common/testing/process.h"
+#include "nodes/vision/files/colors_file.h"
+
+namespace mimesis::tool {
+namespace {
+
+namespace fs = std::filesystem;
+using vision::Kind;
+
+class Teach : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "mimesis-teach-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+    image::Image image(320, 240);  // a blue and a green patch on grey
+    std::mt19937 random(4);
+    for (int v = 0; v < 240; ++v) {
+      for (int u = 0; u < 320; ++u) {
+        const bool blue = u >= 40 && u < 100 && v >= 50 && v < 110,
+                   green = u >= 200 && u < 260 && v >= 50 && v < 110;
+        const std::array<int, 3> color = blue    ? std::array{205, 96, 38}
+                                         : green ? std::array{90, 200, 90}
+                                                 : std::array{145, 151, 155};
+        for (std::size_t c = 0; c < 3; ++c)
+          image.at(u, v)[c] =
+              static_cast<std::uint8_t>(color[c] + static_cast<int>(random() % 9) - 4);
+      }
+    }
+    ASSERT_TRUE(image::write_png(folder_ / "desk.png", image));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  int run(std::vector<std::string> words) {
+    words.insert(words.begin(), {"teach", (folder_ / "desk.png").string()});
+    return vision(words);
+  }
+  int vision(std::vector<std::string> words) {
+    words.insert(words.begin(), "vision");
+    testing::Process process("mimesis", words);
+    const int code = process.wait(std::chrono::seconds(60)).value_or(-1);
+    out_ = process.output();
+    err_ = process.errors();
+    return code;
+  }
+  /// The reader's complaint about the file with `from` replaced by `to`; "" if it takes it.
+  std::string complaint(const std::string& from, const std::string& to) {
+    std::string text = good_;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    std::ofstream(folder_ / "edited.yaml") << text.replace(at, from.size(), to);
+    try {
+      vision::load_colors(folder_ / "edited.yaml");
+    } catch (const ConfigError& e) {
+      return e.what();
+    }
+    return {};
+  }
+
+  fs::path folder_;
+  std::string out_, err_, good_;
+};
+
+TEST_F(Teach, WritesColoursThatAreReadAgain) {
+  const std::string file = folder_ / "colors.yaml", picture = folder_ / "seen.png";
+  ASSERT_EQ(run({"--region", "bar=45,55,50,50", "--region", "object=230,80", "-o", file,
+                 "--picture", picture, "--json"}),
+            0)
+      << err_;
+  const auto report = nlohmann::json::parse(out_);
+  ASSERT_EQ(report["classes"].size(), 2u);
+  EXPECT_EQ(report["classes"][0]["name"], "object");
+  EXPECT_NEAR(report["classes"][0]["share"].get<double>(), 3600.0 / (320 * 240), 0.003);
+  EXPECT_TRUE(report["warnings"].empty());
+  EXPECT_TRUE(image::read_image(picture));
+  const vision::TaughtColors colors = vision::load_colors(file);
+  EXPECT_NEAR(colors.reference_bgr[0], 145.0, 1.0);
+  const vision::ColorTable table(colors.spots);
+  EXPECT_EQ(table.label(205, 96, 38), Kind::bar);
+  EXPECT_EQ(table.label(90, 200, 90), Kind::object);
+  EXPECT_EQ(table.label(145, 151, 155), Kind::none);
+  EXPECT_EQ(table.label(124, 156, 214), Kind::none);  // skin was not taught
+
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  good_ = text.str();
+  EXPECT_EQ(complaint("mimesis-colors-2", "mimesis-colors-2"), "");
+  EXPECT_NE(complaint("colors-2", "colors-1")
+                .find("edited.yaml:2:9: format: expected one of mimesis-colors-2"),
+            std::string::npos);
+  EXPECT_NE(complaint("name: \"bar\"", "name: object").find("'object' is there twice"),
+            std::string::npos);
+  EXPECT_NE(complaint("name: \"bar\"", "name: baar").find("no class 'baar', did you mean 'bar'?"),
+            std::string::npos);
+  EXPECT_NE(complaint("u_deviation", "u_dev").find("unknown parameter"), std::string::npos);
+  EXPECT_NE(complaint("correlation: ", "correlation: 7 #").find("7 is outside [-0.99, 0.99]"),
+            std::string::npos);
+  EXPECT_NE(complaint(good_.substr(good_.find("classes:")), "classes: []\n")
+                .find("classes: there is none"),
+            std::string::npos);
+}
+
+TEST_F(Teach, MistakesAreToldInOneLine) {
+  EXPECT_EQ(run({"--region", "baar=45,55,50,50"}), 2);
+  EXPECT_NE(err_.find("--region baar=45,55,50,50: no class 'baar', did you mean 'bar'?"),
+            std::string::npos)
+      << err_;
+  for (const char* wrong : {"bar", "bar=", "bar=1,2,3", "bar=1,2,3,4,5", "bar=a,2", "=1,2"}) {
+    EXPECT_EQ(run({"--region", wrong}), 2) << wrong;
+    EXPECT_NE(err_.find(std::string("--region ") + wrong + ": "), std::string::npos) << err_;
+  }
+  EXPECT_EQ(run({"--region", "bar=300,55,50,50"}), 2);
+  EXPECT_NE(err_.find("are not within the picture of 320x240"), std::string::npos) << err_;
+  EXPECT_EQ(run({"--region", "hand=10,10,30,20"}), 0);  // the table is no hand, but who knows
+  EXPECT_NE(err_.find("hand has the chroma of the table"), std::string::npos) << err_;
+}
+
+TEST_F(Teach, CheckSaysWhatToChangeOnTheDesk) {
+  const std::string file = folder_ / "colors.yaml", desk = folder_ / "desk.png";
+  ASSERT_EQ(run({"--region", "bar=45,55,50,50", "--region", "object=230,80", "-o", file}), 0);
+  EXPECT_EQ(vision({"check", desk, desk, desk, "--colors", file}), 0) << out_ << err_;
+  EXPECT_NE(out_.find("median luma"), std::string::npos) << out_;
+  image::Image dark(320, 240);
+  ASSERT_TRUE(image::write_png(folder_ / "dark.png", dark));
+  EXPECT_EQ(vision({"check", (folder_ / "dark.png").string(), "--colors", file, "--json"}), 1);
+  const auto report = nlohmann::json::parse(out_);
+  EXPECT_EQ(report["median_luma"], 0.0);
+  EXPECT_TRUE(report["blur_px"].is_null());
+  EXPECT_GE(report["advice"].size(), 4u) << out_;  // focus, exposure, two classes
+  EXPECT_EQ(vision({"check", (folder_ / "absent.png").string()}), 2);
+  EXPECT_NE(err_.find("absent.png"), std::string::npos);
+}
+
+TEST_F(Teach, ViewDrawsWhatVisionSawOverThePicturesOfALog) {
+  const std::string log = MIMESIS_SOURCE_DIR "/tests/replay/logs/vision.mcap",
+                    frames = folder_ / "frames";
+  ASSERT_EQ(vision({"view", log, "--frames", frames, "--start", "2", "--end", "2.5"}), 0) << err_;
+  const auto count = std::distance(fs::directory_iterator(frames), fs::directory_iterator());
+  EXPECT_NE(out_.find(std::to_string(count) + " pictures"), std::string::npos) << out_;
+  EXPECT_GE(count, 6);
+  const auto first = image::read_image(frames + "/000001.png");
+  ASSERT_TRUE(first) << first.error().reason;
+  int blue = 0;  // of the box around the bar, which nothing on the table has
+  for (int i = 0; i < first->width * first->height; ++i) {
+    const std::uint8_t* p = first->bgr.data() + 3 * i;
+    blue += p[0] > 250 && std::abs(p[1] - 128) < 3 && std::abs(p[2] - 77) < 3 ? 1 : 0;
+  }
+  EXPECT_GT(blue, 50);
+  EXPECT_EQ(vision({"view", log}), 2);
+  EXPECT_NE(err_.find("--film FILE or --frames FOLDER"), std::string::npos) << err_;
+  EXPECT_EQ(vision({"view", log, "--frames", frames, "--image", "camera/imag"}), 2);
+  EXPECT_NE(err_.find("camera/image"), std::string::npos) << err_;
+}
+
+}  // namespace
+}  // namespace mimesis::tool
