@@ -133,6 +133,10 @@ class NodeReplay {
     if (report_.problem.empty() && !stopped_early) report_.problem = reader_.problem();
     note_missing();
     if (!stopped_early && reader_.problem().empty()) note_end();
+    if (!messages_.older().empty()) {
+      report_.notes.push_back(fmt::format("of another version, compared by the fields of both: {}",
+                                          fmt::join(messages_.older(), ", ")));
+    }
     if (report_.result == ReplayResult::equal && !report_.problem.empty()) {
       report_.result = ReplayResult::incomplete;
     }

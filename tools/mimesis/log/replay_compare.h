@@ -37,6 +37,7 @@ class ReplayCompare {
     if (ignored != ignored_.end()) rules.ignore = ignored->second;
     const log::Schema* present = schema == nullptr ? nullptr : &present_schema(*schema);
     rules.across_versions = present != schema;
+    if (rules.across_versions) older_.insert(schema->name);
     WorstDifferences worst;
     MessageDifference found =
         payloads_.diff({recorded, schema}, {replayed, present}, rules, &worst);
@@ -48,6 +49,8 @@ class ReplayCompare {
     return found;
   }
   const Tolerated& tolerated() const { return tolerated_; }
+  /// Types of compared messages of which the log has another version than this one.
+  const std::set<std::string>& older() const { return older_; }
 
  private:
   /// What this version has for the type: `recorded` itself if they are equal or it has none.
@@ -62,6 +65,7 @@ class ReplayCompare {
   double tolerance_;
   std::map<std::string, std::set<std::string>> ignored_;
   std::map<std::string, log::Schema> present_;  ///< by type
+  std::set<std::string> older_;
   PayloadDiff payloads_;
   Tolerated tolerated_;
 };
