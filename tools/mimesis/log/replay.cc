@@ -208,7 +208,7 @@ std::string_view word_of(ReplayResult result) {
 
 ordered_json difference_json(const ReplayDifference& d) {
   ordered_json out = ordered_json::object();
-  if (d.step) out["step"] = *d.step;
+  out["step"] = d.step;
   out["time_s"] = d.time_s;
   out["what"] = d.what;
   if (!d.topic.empty()) {
@@ -224,8 +224,7 @@ ordered_json difference_json(const ReplayDifference& d) {
 }
 
 void print_difference(const std::string& name, const ReplayDifference& d) {
-  std::cout << fmt::format("{}: {}at {:.6f} s: {}\n", name,
-                           d.step ? fmt::format("step {} ", *d.step) : "", d.time_s, d.what);
+  std::cout << fmt::format("{}: step {} at {:.6f} s: {}\n", name, d.step, d.time_s, d.what);
   const auto& fields = d.fields.fields;
   if (fields.empty()) return;
   Table table({"  FIELD", "RECORDED", "REPLAYED"});
@@ -375,27 +374,6 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
   return exit_code;
 }
 
-int replay_graph(const std::vector<OpenLog>& logs, const ReplayOptions& options,
-                 const StopSignals& stop) {
-  const LaunchPlan plan = plan_launch(logs, options);
-  const std::string name = std::filesystem::path(plan.file).filename().string();
-  const RunCount count =
-      repeat("replay " + name, logs, options, [&](const ReplayProgress& progress) {
-        return replay_launch(logs, plan, options, stop, progress);
-      });
-  const ReplayReport& r = count.shown;
-  ReportHead head{
-      .name = plan.file,
-      .json = ordered_json::object(),
-      .figures = {{"graph_s", r.graph_s},
-                  {"wall_s", r.wall_s},
-                  {"messages", r.counts.outputs},
-                  {"bytes", r.counts.bytes}},
-      .words = fmt::format("{} messages, {:.2f} s of graph time, ", r.counts.outputs, r.graph_s)};
-  head.json["launch"] = plan.file;
-  return report(std::move(head), count, options.json, stop);
-}
-
 /// Which tolerance counts here, and why.
 void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) {
   if (!options.tolerance_elsewhere) return;
@@ -423,26 +401,19 @@ int log_replay(ReplayOptions& options) {
   const std::vector<OpenLog> logs = open_whole_logs(options.logs);
   for (const OpenLog& log : logs) report_damages(log, {});
   choose_tolerance(logs, options);
-  return options.launch.empty() ? replay_nodes(logs, options, stop)
-                                : replay_graph(logs, options, stop);
+  return replay_nodes(logs, options, stop);
 }
 
 constexpr const char* kReplayFooter =
     "Each step gets exactly the messages, the time and the bytes from outside that the recorded "
     "one had.\n"
-    "Not compared: NODE/health, NODE/log, NODE/steps, NODE/start. With a launch file the whole "
-    "graph\n"
-    "runs again (lock-step only), with the arguments of the recorded run.\n"
+    "Not compared: NODE/health, NODE/log, NODE/steps, NODE/start. For a whole graph in lock-step,\n"
+    "launch it again and compare the logs: mimesis log diff A B.\n"
     "Exit codes: 0 equal, 1 different or not complete, 3 the node is not in the log or timed out.\n"
     "Examples:\n"
     "  mimesis log replay run.mcap\n"
     "  mimesis log replay planner run.mcap --repeat 100\n"
-    "  mimesis log replay planner run.mcap --exec build-asan/bin/mimesis_planner --tolerance 1e-9\n"
-    "  mimesis log replay launch/imitation.yaml run.mcap";
-
-bool is_launch_file(const std::string& word) {
-  return word.ends_with(".yaml") || word.ends_with(".yml");
-}
+    "  mimesis log replay planner run.mcap --exec build-asan/bin/mimesis_planner --tolerance 1e-9";
 
 bool is_log(const std::string& word) {
   std::error_code ignored;
@@ -450,25 +421,13 @@ bool is_log(const std::string& word) {
          std::filesystem::is_regular_file(word, ignored);
 }
 
-/// [NODE ...] LOG... or LAUNCH_FILE LOG...
+/// [NODE ...] LOG...
 void sort_words(const std::vector<std::string>& words, ReplayOptions& options) {
   for (const std::string& word : words) {
-    if (is_launch_file(word)) {
-      if (!options.launch.empty())
-        throw ConfigError("mimesis log replay: one launch file, not two");
-      options.launch = word;
-    } else {
-      (is_log(word) ? options.logs : options.nodes).push_back(word);
-    }
+    (is_log(word) ? options.logs : options.nodes).push_back(word);
   }
   if (options.logs.empty()) {
     throw ConfigError("mimesis log replay: which log? There is no file '" + words.back() + "'");
-  }
-  if (!options.launch.empty() && !(options.nodes.empty() && options.program.empty())) {
-    throw ConfigError("mimesis log replay: a launch file runs all its nodes: no NODE, no --exec");
-  }
-  if (options.launch.empty() && !options.args.empty()) {
-    throw ConfigError("mimesis log replay: --arg is for a launch file");
   }
 }
 
@@ -484,19 +443,14 @@ void add_replay(CLI::App& log, int& exit_code) {
   };
   auto o = std::make_shared<Options>();
   verb->add_option("WORDS", o->words,
-                   "Nodes (default: all with complete records) or a launch file, then logs")
+"Nodes (default: all with complete records), then logs")
       ->required()
-      ->type_name("[NODE ...|LAUNCH_FILE] LOG ...");
+      ->type_name("[NODE ...] LOG ...");
   verb->add_option("--exec", o->replay.program,
                    "Program of the node, or a folder of programs: another build")
       ->type_name("PATH");
-  verb->add_option("--set", o->replay.sets,
-                   "Replaces a recorded parameter (repeatable); NODE.KEY=VALUE with a "
-                   "launch file")
+  verb->add_option("--set", o->replay.sets, "Replaces a recorded parameter (repeatable)")
       ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  verb->add_option("--arg", o->replay.args, "Replaces a recorded argument of the launch file")
-      ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   verb->add_option("--tolerance", o->replay.tolerance,
                    "Floating-point fields may differ by X, absolute or relative")
@@ -508,8 +462,7 @@ void add_replay(CLI::App& log, int& exit_code) {
       ->type_name("X")
       ->check(number_not_below_zero)
       ->excludes("--tolerance");
-  verb->add_option("--timeout", o->replay.timeout_s,
-                   "Give up when a step takes longer (with a launch file: when no message comes)")
+  verb->add_option("--timeout", o->replay.timeout_s, "Give up when a step takes longer")
       ->type_name("SECONDS")
       ->check(number_above_zero)
       ->capture_default_str();

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/mimesis/log/lockstep_run.h"
 #include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/stop_signals.h"
 
@@ -19,16 +18,14 @@ namespace mimesis::tool {
 struct ReplayOptions {
   std::vector<std::string> nodes;  ///< empty: all nodes with complete records in the logs
   std::vector<std::string> logs;
-  std::string launch;  ///< a launch file to run again instead of single nodes
   /// a program, or a folder of programs, instead of the recorded one
   std::string program;
-  std::vector<std::string> sets;  ///< KEY=VALUE; for a launch file NODE.KEY=VALUE
-  std::vector<std::string> args;  ///< NAME=VALUE of the launch file's arguments
+  std::vector<std::string> sets;  ///< KEY=VALUE
   double tolerance = 0.0;         ///< see ReplayCompare
   /// Used instead if this machine does not compute as the one that recorded (arithmetic.h).
   std::optional<double> tolerance_elsewhere;
   std::string tolerance_note;     ///< chosen one of two, and why; for the report
-  double timeout_s = 60.0;        ///< wall time for a step; with a launch file between messages
+  double timeout_s = 60.0;        ///< wall time for a step
   std::uint64_t differences = 1;  ///< shown at most; then a replay stops
   std::uint64_t repeat = 1;
   bool json = false;
@@ -56,22 +53,6 @@ struct ReplayReport {
 
 /// Called with the log time read so far [ns].
 using ReplayProgress = std::function<void(std::uint64_t log_time_ns)>;
-
-/// How a recorded launch was started, and until when it can be compared.
-struct LaunchPlan {
-  std::string file;
-  std::vector<std::string> args, sets;
-  bool takes_log = false;  ///< the file has an argument `log`
-  RunLimit limit;
-};
-/// @throws ConfigError if the launch file has mistakes or its graph is not in lock-step
-LaunchPlan plan_launch(const std::vector<OpenLog>& logs, const ReplayOptions& options);
-
-/// Runs the launch file of a recorded lock-step run again, in a graph of its own, and compares
-/// every message with the log as it comes. @throws ConfigError
-ReplayReport replay_launch(const std::vector<OpenLog>& logs, const LaunchPlan& plan,
-                           const ReplayOptions& options, const StopSignals& stop,
-                           const ReplayProgress& progress);
 
 /// A new folder that is removed with this object.
 class TemporaryFolder {

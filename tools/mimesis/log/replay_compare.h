@@ -21,10 +21,7 @@ inline void compare_numbers(MessageDifference& d, const char* what, std::uint64_
 class ReplayCompare {
  public:
   /// @param tolerance  floating-point fields may differ by this; 0: all bytes must be equal
-  /// @param ignored    fields that may differ, by type
-  explicit ReplayCompare(double tolerance,
-                         std::map<std::string, std::set<std::string>> ignored = {})
-      : tolerance_(tolerance), ignored_(std::move(ignored)) {}
+  explicit ReplayCompare(double tolerance) : tolerance_(tolerance) {}
 
   /// `schema`: of the recorded one, may be null. If it is that of an older version, fields that
   /// only one version has do not count.
@@ -33,8 +30,6 @@ class ReplayCompare {
     if (recorded == replayed) return {};
     constexpr std::size_t kFieldsKept = 100;  // the first hundred elements of an array are enough
     DiffRules rules{.tolerance = tolerance_, .exact = tolerance_ == 0.0, .limit = kFieldsKept};
-    const auto ignored = ignored_.find(schema == nullptr ? "" : schema->name);
-    if (ignored != ignored_.end()) rules.ignore = ignored->second;
     const log::Schema* present = schema == nullptr ? nullptr : &present_schema(*schema);
     rules.across_versions = present != schema;
     if (rules.across_versions) older_.insert(schema->name);
@@ -63,7 +58,6 @@ class ReplayCompare {
   }
 
   double tolerance_;
-  std::map<std::string, std::set<std::string>> ignored_;
   std::map<std::string, log::Schema> present_;  ///< by type
   std::set<std::string> older_;
   PayloadDiff payloads_;
@@ -72,10 +66,10 @@ class ReplayCompare {
 
 /// A difference between a replay and the log.
 struct ReplayDifference {
-  std::optional<std::uint64_t> step;  ///< step of one node; empty in the replay of a graph
-  double time_s = 0.0;                ///< graph time
-  std::string what;                   ///< one line: "planner/command #83: 2 fields differ"
-  std::string topic;                  ///< topic of a message, else empty
+  std::uint64_t step = 0;
+  double time_s = 0.0;  ///< graph time
+  std::string what;     ///< one line: "planner/command #83: 2 fields differ"
+  std::string topic;    ///< topic of a message, else empty
   std::uint64_t seq = 0;
   MessageDifference fields;  ///< recorded and replayed values
 };
