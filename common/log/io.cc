@@ -68,7 +68,6 @@ class FileSink final : public Sink {
     if (::fdatasync(fd_) != 0 && errno != EINVAL) return failed("sync", path_);  // EINVAL: a device
     return std::exchange(named_, true) ? Result{} : sync_folder(path_);
   }
-  std::string folder() const override { return folder_of(path_); }
   Result close() override {
     if (auto done = flush(); !done) return done;
     const int fd = fd_;

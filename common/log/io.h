@@ -22,8 +22,6 @@ class Sink {
   /// Flushes and waits until the data is on the disk: it survives a power cut. Sinks without a disk
   /// only flush.
   [[nodiscard]] virtual Result sync() { return flush(); }
-  /// Folder on the disk that the bytes go to; empty: none.
-  virtual std::string folder() const { return {}; }
   /// Last call.
   [[nodiscard]] virtual Result close() = 0;
 };

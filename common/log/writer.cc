@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "common/log/crc32.h"
-#include "common/log/spill.h"
 
 namespace mimesis::log {
 namespace {
@@ -22,8 +21,7 @@ class FileBody {
   FileBody(Sink& sink, const WriterOptions& options)
       : sink_(sink),
         options_(options),
-        compressor_(options.compression, options.zstd_level),
-        chunk_indexes_(sink.folder()) {
+        compressor_(options.compression, options.zstd_level) {
     append(record_, Header{options.profile, options.library});
     record_.insert(0, kMagic);
     status_ = emit(record_);
@@ -67,9 +65,7 @@ class FileBody {
     }
     index.message_index_length = record_.size();
     if (auto done = emit(record_); !done) return done;
-    record_.clear();
-    append(record_, index);
-    chunk_indexes_.append(record_);
+    append(chunk_indexes_, index);
     return status_;
   }
   Result attachment(const Attachment& attachment) {
@@ -147,9 +143,7 @@ class FileBody {
     group(Opcode::attachment_index, options_.attachment_index, attachment_indexes_);
     if (options_.chunk_index && chunk_indexes_.size() > 0) {
       groups.push_back({Opcode::chunk_index, position(), chunk_indexes_.size()});
-      const Result done =
-          chunk_indexes_.read([this](std::string_view piece) { return emit(piece); });
-      if (status_ && !done) status_ = done;
+      static_cast<void>(emit(chunk_indexes_));
     }
 
     Footer footer{};
@@ -176,7 +170,7 @@ class FileBody {
   std::uint32_t crc_ = 0;  ///< sum of all bytes so far; of the summary's bytes once it has begun
   std::string record_;     ///< scratch
 
-  Spill chunk_indexes_;  ///< records: all that grows with the file
+  std::string chunk_indexes_;  ///< records: some 100 bytes a chunk
   std::vector<AttachmentIndex> attachment_indexes_;
   std::vector<MetadataIndex> metadata_indexes_;
 };
