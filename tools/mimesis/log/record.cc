@@ -1,19 +1,16 @@
 // `mimesis log record`: records the graph until SIGINT, SIGTERM or SIGHUP.
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <variant>
 
 #include "common/error.h"
 #include "common/log/codec.h"
@@ -47,8 +44,7 @@ struct RecordOptions {
   double duration_s = 0.0;          ///< duration in wall time; 0: until stopped
   double timeout_s = 0.0;           ///< longest wait for the first message; 0: any
   std::vector<std::string> attach;  ///< files that are stored in the log
-  SplitOptions split;               ///< not together with snapshots
-  SnapshotOptions snapshot;
+  SplitOptions split;
   DiskLimits limits;
   std::string when_full = "stop";
   std::vector<std::string> elided;   ///< TOPIC:KEY=VALUE
@@ -157,8 +153,6 @@ Standing standing_in(const std::vector<std::string>& paths) {
   return standing;
 }
 
-volatile std::sig_atomic_t snapshot_wanted = 0;  // SIGUSR1 has come
-
 class Recorder {
  public:
   /// @throws ConfigError before the first message
@@ -168,9 +162,8 @@ class Recorder {
         elided_(options.elided),
         output_(open_output()),
         recording_([this](Recorded message, WallTime now) {
-          std::visit([&](auto& output) { output.write(std::move(message), now); }, output_);
+          output_.write(std::move(message), now);
         }) {
-    std::signal(SIGUSR1, [](int) { snapshot_wanted = 1; });
     std::signal(SIGPIPE, SIG_IGN);  // the reader of our lines may go away, the log is to be closed
     std::signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes is met as a full disk is
     tap_.emplace(runtime::graph_name(), filter_, runtime::Policy::reliable);
@@ -192,10 +185,10 @@ class Recorder {
     const auto now = steady_clock::now();
     if (failure.empty()) attempt([&] { recording_.finish(now); });
     // After a failure, too: the file that failed stays as it is, another one is to be closed well.
-    attempt([&] { std::visit([&](auto& output) { output.finish(now); }, output_); });
+    attempt([&] { output_.finish(now); });
     if (failure.empty()) return report(flaw_);
-    for (const std::string& path : files().paths()) remove_if_empty(path);
-    return report(failure, standing_in(files().paths()));
+    for (const std::string& path : output_.files().paths()) remove_if_empty(path);
+    return report(failure, standing_in(output_.files().paths()));
   }
 
  private:
@@ -204,31 +197,18 @@ class Recorder {
   static constexpr std::uint64_t kLookBytes = 1'000'000;  // received: the same
   static constexpr auto kLookForSilence = 500ms;
 
-  /// One file, parts that follow each other, or snapshots.
-  using Output = std::variant<SplitLog, Snapshots>;
-
-  Output open_output() {
+  SplitLog open_output() {
     const auto open = with_head(
         options_.attach, own_provenance(),
         {.writer = {.library = "mimesis " MIMESIS_VERSION,
                     .compression = *log::parse_compression(options_.compression)},
          .descriptors = [this](std::uint64_t type_hash) { return tap_->descriptors(type_hash); },
          .sync = options_.sync});
-    const auto stamp = [] {
-      return fmt::format("{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
-    };
-    const auto tell = [this](const std::string& line) { say(line); };
-    if (options_.snapshot.on()) {
-      return Snapshots(options_.snapshot, options_.output, open, stamp, tell);
-    }
     try {
       return SplitLog(options_.output, options_.split, open);
     } catch (const WriteFailure& e) {
       throw ConfigError(e.what());
     }
-  }
-  OwnFiles& files() {
-    return std::visit([](auto& output) -> OwnFiles& { return output.files(); }, output_);
   }
 
   /// Receives until stopped. @throws WriteFailure
@@ -242,10 +222,6 @@ class Recorder {
     while (!stop_.requested() && !ended() && flaw_.empty()) {
       take();
       const auto now = steady_clock::now();
-      auto* snapshots = std::get_if<Snapshots>(&output_);
-      const bool wanted = snapshot_wanted != 0;
-      snapshot_wanted = 0;
-      if (wanted && snapshots != nullptr) snapshots->trigger("SIGUSR1", now);
       if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
     }
     display_.clear();
@@ -278,7 +254,7 @@ class Recorder {
       recording_.add(std::move(message), now, from_first);
     }
     recording_.advance(now);
-    std::visit([&](auto& output) { output.advance(now); }, output_);
+    output_.advance(now);
   }
 
   std::uint64_t now_ns() const { return static_cast<std::uint64_t>(time_.now().count()); }
@@ -290,8 +266,8 @@ class Recorder {
     if (now >= next_look_for_silence_) watch_silence(now);
     if (options_.quiet) return;
     display_.show({.counts = recording_.counts(),
-                   .file = std::visit([](auto& output) { return output.place(); }, output_),
-                   .bytes = files().total(),
+                   .file = output_.place(),
+                   .bytes = output_.files().total(),
                    .free_bytes = disk_space(options_.output).available},
                   terminal_size(), now);
   }
@@ -299,9 +275,9 @@ class Recorder {
   void keep_limits() {
     for (;;) {
       const std::string reached =
-          reached_limit(options_.limits, files().total(), disk_space(options_.output));
+          reached_limit(options_.limits, output_.files().total(), disk_space(options_.output));
       if (reached.empty()) return;
-      const std::string oldest = options_.limits.delete_oldest ? files().take_oldest() : "";
+      const std::string oldest = options_.limits.delete_oldest ? output_.files().take_oldest() : "";
       if (oldest.empty()) {
         flaw_ = reached;
         return;
@@ -340,10 +316,10 @@ class Recorder {
   /// `standing`: in the files, if not all that was written.
   int report(const std::string& error, std::optional<Standing> standing = {}) {
     const Counts& counts = recording_.counts();
-    const std::vector<std::string> paths = files().paths();
+    const std::vector<std::string> paths = output_.files().paths();
     if (!standing) {
-      standing = {std::visit([](const auto& output) { return output.messages(); }, output_),
-                  files().total()};
+      standing = {output_.messages(),
+                  output_.files().total()};
     }
     const auto [messages, bytes] = *standing;
     Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
@@ -370,8 +346,7 @@ class Recorder {
       if (!seen) say(fmt::format("topic {}: not one message", topic));
     }
     std::string what = options_.output;
-    if (options_.snapshot.on()) what = fmt::format("{} snapshots", paths.size());
-    if (options_.split.on()) what = fmt::format("{} files up to {}", paths.size(), files().last());
+    if (options_.split.on()) what = fmt::format("{} files up to {}", paths.size(), output_.files().last());
     say(fmt::format("{}: {} messages, {} lost, {}", what, messages, counts.total.lost,
                     bytes_text(bytes)));
     if (counts.total.received == 0) say("nothing was recorded: no message came");
@@ -390,7 +365,7 @@ class Recorder {
   std::optional<runtime::GraphView> graph_;
   std::uint64_t ready_ns_ = 0;  ///< nodes that start later wait for the recorder
   const WallTime start_ = steady_clock::now();
-  Output output_;
+  SplitLog output_;
   Recording recording_;
   std::optional<Drain> drain_;
   CountsDisplay display_{std::cerr, start_};
@@ -470,18 +445,11 @@ void check_options(const RecordOptions& o) {
   const bool chosen = !o.topics.empty() || !o.regex.empty();
   if (!o.all && !chosen) refuse("say what: --all, --topic NAME or --regex RE");
   if (o.all && chosen) refuse("--all leaves nothing for --topic and --regex to choose");
-  if (o.split.on() && o.snapshot.on()) {
-    refuse("--snapshot writes single files: there is nothing to split");
-  }
-  if (!o.snapshot.on() && (o.snapshot.size != SnapshotOptions().size ||
-                           o.snapshot.after.count() > 0 || !o.snapshot.topics.empty())) {
-    refuse("--snapshot-size, --snapshot-after and --snapshot-on need --snapshot DURATION");
-  }
   if (!o.limits.delete_oldest) return;
-  if (!o.limits.any() || !(o.split.on() || o.snapshot.on())) {
+  if (!o.limits.any() || !o.split.on()) {
     refuse(
         "--when-full delete-oldest needs a limit (--max-size or --min-free) and several files "
-        "(--split-size, --split-duration or --snapshot)");
+        "(--split-size or --split-duration)");
   }
   if (o.limits.max_size > 0 && o.split.size >= o.limits.max_size) {
     refuse("--split-size must be less than --max-size, or the oldest file is the only one");
@@ -524,20 +492,6 @@ void add_files(CLI::App& record, RecordOptions& o) {
   add_duration(record, "--split-duration", o.split.duration, "Start a new file after this log time")
       ->group(kSplit);
 
-  constexpr auto kSnapshot = "Snapshots (run.mcap: run_20261121-153000.mcap, ...)";
-  add_duration(record, "--snapshot", o.snapshot.duration,
-               "Period kept in memory; SIGUSR1 writes it to a file")
-      ->group(kSnapshot);
-  add_size(record, "--snapshot-size", o.snapshot.size, "Largest memory (default: 256MB)")
-      ->group(kSnapshot);
-  record
-      .add_option("--snapshot-on", o.snapshot.topics,
-                  "Also write a snapshot at a message on this topic (repeatable)")
-      ->allow_extra_args(false)
-      ->group(kSnapshot);
-  add_duration(record, "--snapshot-after", o.snapshot.after, "Period after the trigger")
-      ->group(kSnapshot);
-
   constexpr auto kLimits = "Limits of the disk";
   add_size(record, "--max-size", o.limits.max_size, "Size of all files of the recording")
       ->group(kLimits);
@@ -578,9 +532,7 @@ void add_record(CLI::App& log, int& exit_code) {
       "Examples:\n"
       "  mimesis log record --all --exclude '.*/health' -o run.mcap\n"
       "  mimesis log record --all -o run.mcap --split-size 1GB --max-size 20GB --when-full "
-      "delete-oldest\n"
-      "  mimesis log record --all -o fault.mcap --snapshot 30s --snapshot-on bridge/fault "
-      "--snapshot-after 5s");
+      "delete-oldest");
   record->callback([o, &exit_code] {
     o->limits.delete_oldest = o->when_full == "delete-oldest";
     check_options(*o);

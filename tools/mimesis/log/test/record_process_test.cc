@@ -1,4 +1,4 @@
-// The recorder as a process: ends, splits, snapshots, limits, full disks.
+// The recorder as a process: ends, splits, limits, full disks.
 #include <unistd.h>
 
 #include <csignal>
@@ -123,45 +123,6 @@ TEST_F(RecordProcess, SplitsWithoutLossAndEachPartIsWholeInItself) {
                 {"log", "record", "--all", "-o", path("run.mcap"), "--split-size", "1MB"});
   EXPECT_EQ(again.wait(), 2);
   EXPECT_TRUE(says(again, "from an earlier recording")) << again.errors();
-}
-
-TEST_F(RecordProcess, SnapshotsOnASignalAndOnATopic) {
-  const auto recorder = record({"--all", "--snapshot", "1h", "--snapshot-on", "fault/raised"});
-  Sender sender(graph_);
-  sender.send(500);
-  const auto taken = [&](int n) {
-    return [&recorder, n] {
-      const std::string errors = recorder->errors();
-      int lines = 0;
-      for (std::size_t at = 0; (at = errors.find(" messages, ", at)) != std::string::npos; ++at) {
-        ++lines;
-      }
-      return lines >= n;
-    };
-  };
-  recorder->signal(SIGUSR1);
-  ASSERT_TRUE(sender.node.until(taken(1))) << recorder->errors();
-  EXPECT_TRUE(says(*recorder, "(SIGUSR1)"));
-  sender.send(10);
-  testing::TestNode fault(graph_, {}, {}, "fault");
-  runtime::Out<v1::Publication> raised(fault.bus(), "raised");
-  fault.open();
-  v1::Publication alarm;
-  raised.send(alarm, testing::TestNode::now());
-  ASSERT_TRUE(sender.node.until([&] {
-    fault.bus().drain();
-    return taken(2)();
-  })) << recorder->errors();
-  EXPECT_TRUE(says(*recorder, "(a message on fault/raised)"));
-  EXPECT_EQ(recorder->terminate(), 0) << recorder->errors();
-
-  const auto report = nlohmann::json::parse(recorder->output());
-  ASSERT_EQ(report["files"].size(), 2u);
-  const LogContents second(report["files"][1].get<std::string>());
-  EXPECT_TRUE(second.closed);
-  EXPECT_EQ(second.seqs.at("sender/count"), from_to(1, 510));
-  EXPECT_EQ(second.seqs.at("sender/state"), Seqs{1});
-  EXPECT_EQ(second.seqs.at("fault/raised"), Seqs{1});
 }
 
 TEST_F(RecordProcess, ALimitClosesTheLogWell) {
@@ -327,8 +288,6 @@ TEST_F(RecordProcess, MistakesAreOneLine) {
   refuses({"--split-size", "1 gigabyte"}, "expected a size such as 500MB");
   refuses({"--split-duration", "10"}, "expected a duration such as 500ms");
   refuses({"--min-free", "120%"}, "expected a size such as 2GB or a percentage such as 5%");
-  refuses({"--snapshot-after", "1s"}, "need --snapshot DURATION");
-  refuses({"--snapshot", "1s", "--split-size", "1MB"}, "there is nothing to split");
   refuses({"--when-full", "delete-oldest", "--max-size", "1GB"}, "and several files");
   refuses({"--when-full", "delete-oldest", "--max-size", "1GB", "--split-size", "2GB"},
           "--split-size must be less than --max-size");
