@@ -56,10 +56,6 @@ void FieldNetwork<Real>::add_field(std::size_t i) {
     spec_.fail(path + ".at", fmt::format("has {} numbers, expected {} for {} sites", spec.at.size(),
                                          places, spec.sites.size()));
   }
-  if (!spec.spread.empty() && spec.spread.size() != spec.sites.size()) {
-    spec_.fail(path + ".spread", fmt::format("has {} numbers, expected {}, one a site",
-                                             spec.spread.size(), spec.sites.size()));
-  }
   try {
     fields_.emplace_back(p, spec_.dt_s);
   } catch (const ConfigError& e) {
@@ -72,16 +68,13 @@ void FieldNetwork<Real>::add_field(std::size_t i) {
     if (place.x < 0.0 || place.x >= p.neurons * p.dx || place.y < 0.0 || place.y >= p.rows * p.dx) {
       spec_.fail(path + ".at", spec.sites[s] + " is outside of the field");
     }
-    const double width = spec.spread.empty() ? spec_.input_width : spec.spread[s];
-    const double length = p.neurons * p.dx;
+    const double width = spec_.input_width;
     std::vector<Real> bump;
     for (int y = 0; y < p.rows; ++y) {
       const double e = (y * p.dx - place.y) / width;
       const double across = flat(spec) ? std::exp(-0.5 * e * e) : 1.0;
       for (int x = 0; x < p.neurons; ++x) {
-        double d = std::abs(x * p.dx - place.x);
-        if (p.circular) d = std::min(d, length - d);
-        d /= width;
+        const double d = std::abs(x * p.dx - place.x) / width;
         bump.push_back(static_cast<Real>(std::exp(-0.5 * d * d) * across));
       }
     }
@@ -118,10 +111,10 @@ void FieldNetwork<Real>::settle_pattern(std::size_t field, std::size_t site) {
     kept.assign(alone.rate().begin(), alone.rate().end());
   }
   const bool held = std::ranges::max(alone.activity()) > 0;
-  if (spec.bistable && transient && highest > 0 && held) {
+  if (transient && highest > 0 && held) {
     spec_.fail(at("fields", field), spec.name + ": its activity does not end, expected more decay");
   }
-  if (spec.bistable && !(transient ? highest > 0 : held)) {
+  if (!(transient ? highest > 0 : held)) {
     spec_.fail(at("fields", field),
                spec.name + ": excitation, inhibition and resting_level allow no " +
                    (transient ? "answer to an input"
@@ -226,19 +219,14 @@ void FieldNetwork<Real>::add_gaussian(std::size_t i, Connection& c) {
   c.weights = Link<Real>(targets, sources, from.params.dx);
   if (flat(from)) c.source_axis.resize(sources);
   if (flat(to)) c.target_axis.resize(targets);
-  const bool circular = from.params.circular && to.params.circular;
-  const double length = static_cast<double>(targets) * to.params.dx;
-  const auto apart = [&](double d) {
-    return circular ? std::min(std::abs(d), length - std::abs(d)) : std::abs(d);
-  };
   // Normalised so that a wide enough pattern of full rate gives `gain` at its middle.
   const double full = spec.gain / (spec.width * std::sqrt(2.0 * 3.14159265358979323846));
   for (std::size_t y = 0; y < sources; ++y) {
     for (std::size_t x = 0; x < targets; ++x) {
-      const double d =
-          apart(static_cast<double>(x) * to.params.dx - static_cast<double>(y) * from.params.dx) /
-          spec.width;
-      if (d > to.params.cutoff) continue;
+      const double d = std::abs(static_cast<double>(x) * to.params.dx -
+                                static_cast<double>(y) * from.params.dx) /
+                       spec.width;
+      if (d > kCutoff) continue;
       c.weights.set_weight(x, y, static_cast<Real>(full * std::exp(-0.5 * d * d)));
     }
   }

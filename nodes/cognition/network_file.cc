@@ -6,7 +6,6 @@
 
 #include "common/error.h"
 #include "common/runtime/param_source.h"
-#include "nodes/cognition/composer_file.h"
 
 namespace mimesis::cognition {
 namespace {
@@ -25,12 +24,6 @@ void visit(ParamVisitor& v, FieldParams& p) {
   v("excitation", p.excitation, 0.0, 100.0);
   v("width", p.width, 0.1, 100.0);
   v("inhibition", p.inhibition, -100.0, 100.0);
-  v("gated", p.gated);
-  v("circular", p.circular);
-  v("rational", p.rational);
-  v("surround", p.surround, 0.0, 100.0);
-  v("surround_width", p.surround_width, 0.1, 100.0);
-  v("cutoff", p.cutoff, 1.0, 10.0);
   v("decay", p.decay, 0.0, 100.0);
   v("decay_tau_s", p.decay_tau_s, 0.001, 10.0);
   v("decay_width", p.decay_width, 0.1, 100.0);
@@ -42,8 +35,6 @@ void visit(ParamVisitor& v, FieldSpec& f) {
   v("name", f.name);
   v("sites", f.sites);
   v("at", f.at, -1e6, 1e6, 0);
-  v("spread", f.spread, 0.1, 1e6, 0);
-  v("bistable", f.bistable);
   visit(v, f.params);
 }
 
@@ -136,7 +127,6 @@ std::string place_in(const runtime::ParamSource& source, const NetworkSpec& exte
 }
 
 NetworkSpec load(const std::string& file, int depth) {
-  if (file.ends_with(".json") || file.ends_with(".dnf")) return load_composer(file);
   const auto source = std::make_shared<runtime::ParamSource>(
       runtime::find_model_file(file), std::vector<std::string>{}, std::vector<std::string>{});
   NetworkSpec a;

@@ -8,8 +8,7 @@ namespace mimesis::cognition {
 /// The shipped network of M18 fig. 2.2, in models/.
 inline constexpr const char* kBarFields = "bar_fields.yaml";
 
-/// Reads a network. `field:` of the file holds constants that all fields share. A file that
-/// ends in .json or .dnf is one of dnf-composer (composer_file.h).
+/// Reads a network. `field:` of the file holds constants that all fields share.
 /// @throws ConfigError "file:line:col: ..." for an unknown key or a bad value. What only shows when
 /// the fields run (an unknown field, an unstable gain) FieldNetwork refuses, with the same place.
 NetworkSpec load_network(const std::string& file = kBarFields);

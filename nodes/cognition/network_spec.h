@@ -15,9 +15,6 @@ struct FieldSpec {
   std::vector<std::string> sites;
   /// Position of each site [1], in a 2-D field x and y in turn; empty: evenly spaced on a 1-D axis.
   std::vector<double> at{};
-  std::vector<double> spread{};  ///< σ of the inputs at each site [1]; empty: `input.width` for all
-  /// The field must keep what an input ignited (or, with `decay`, end it).
-  bool bistable = true;
 };
 
 /// Synapses from one field to another [M18 fig. 2.5].

@@ -64,17 +64,13 @@ void check(const FieldParams& p, double dt_s) {
   check(p.resting_level < 0.0, "resting_level must be negative");
   check(p.slope > 0.0, "slope must be positive");
   check(p.width > 0.0, "width must be positive");
-  check(p.cutoff > 0.0 && p.surround_width > 0.0, "cutoff and surround_width must be positive");
-  check(p.surround == 0.0 || p.rows == 1, "a 2-D field has no surround");
-  check(!p.circular || p.rows == 1, "a 2-D field is not circular");
-  check(!p.rational || !p.gated, "rational rates have no gate");
   check(p.decay >= 0.0, "decay must not be negative");
   if (p.decay > 0.0) {
     check(p.threshold1 >= p.threshold2, "threshold1 must not be below threshold2 [M18 eq. 2.6]");
     check(p.inhibition >= 0.0, "inhibition must not be negative");
     check(p.decay_tau_s > p.tau_s, "expected decay_tau_s > tau_s: inhibition follows excitation");
     check(p.decay_width > p.width, "expected decay_width > width [M18 2.5]");
-  } else if (p.gated) {
+  } else {
     check(p.threshold1 > p.threshold2, "threshold1 must be above threshold2 [M18 eq. 2.2]");
     check(p.inhibition > 0.0, "inhibition must be positive");
   }
@@ -91,8 +87,8 @@ NeuralField<Real>::NeuralField(const FieldParams& params, double dt_s)
   rows_ = static_cast<std::size_t>(params.rows);
   size_ = static_cast<std::size_t>(params.neurons) * rows_;
   padded_ = columns_ * rows_;
-  excitation_ = kernel(params.excitation, params.width, params.surround);
-  if (transient()) decay_ = kernel(params.decay, params.decay_width, 0.0);
+  excitation_ = kernel(params.excitation, params.width);
+  if (transient()) decay_ = kernel(params.decay, params.decay_width);
   halo_ = std::max(excitation_.left, decay_.left);
   relaxation_ = static_cast<Real>(dt_s / params.tau_s);
   beta_ = static_cast<Real>(params.slope);
@@ -108,22 +104,13 @@ NeuralField<Real>::NeuralField(const FieldParams& params, double dt_s)
 }
 
 template <class Real>
-typename NeuralField<Real>::Kernel NeuralField<Real>::kernel(double amplitude, double width,
-                                                             double surround) const {
+typename NeuralField<Real>::Kernel NeuralField<Real>::kernel(double amplitude, double width) const {
   const double dx = params_.dx;
-  const double widest = surround != 0.0 ? std::max(width, params_.surround_width) : width;
   Kernel w;
-  w.left = static_cast<std::size_t>(std::ceil(params_.cutoff * widest / dx));
-  std::size_t right = w.left;
-  if (params_.circular && 2 * w.left + 1 > size_) {  // each neuron once
-    w.left = size_ / 2;
-    right = size_ - 1 - w.left;
-  }
-  for (std::size_t i = 0; i <= w.left + right; ++i) {
-    const double at = (static_cast<double>(i) - static_cast<double>(w.left)) * dx;
-    const double d = at / width, s = at / params_.surround_width;
-    w.x.push_back(static_cast<Real>(
-        (amplitude * std::exp(-0.5 * d * d) - surround * std::exp(-0.5 * s * s)) * dx));
+  w.left = static_cast<std::size_t>(std::ceil(kCutoff * width / dx));
+  for (std::size_t i = 0; i <= 2 * w.left; ++i) {
+    const double d = (static_cast<double>(i) - static_cast<double>(w.left)) * dx / width;
+    w.x.push_back(static_cast<Real>(amplitude * std::exp(-0.5 * d * d) * dx));
     if (rows_ > 1) w.y.push_back(static_cast<Real>(std::exp(-0.5 * d * d) * dx));
   }
   return w;
@@ -160,7 +147,6 @@ void NeuralField<Real>::step() {
 // β₁ = β₂, so one exponential serves both sigmoids: exp(−β(u − θ)) = exp(−βu)·exp(βθ).
 template <class Real>
 void NeuralField<Real>::fire() {
-  if (!params_.gated) return fire_ungated();
   const Real beta = beta_, shift1 = shift1_, shift2 = shift2_;
   const Real* __restrict u = u_.data();
   Real* __restrict gate = gate_.data();
@@ -171,18 +157,6 @@ void NeuralField<Real>::fire() {
     rate[i] = Real(1) / (Real(1) + e * shift2);
   }
   for (std::size_t i = size_; i < padded_; ++i) rate[i] = Real(0);  // the axis ends at N
-}
-
-template <class Real>
-void NeuralField<Real>::fire_ungated() {
-  const Real threshold = static_cast<Real>(params_.threshold2);
-  std::ranges::fill(gate_, Real(1));
-  for (std::size_t i = 0; i < padded_; ++i) {
-    const Real x = beta_ * (u_[i] - threshold);
-    rate_[i] = params_.rational ? Real(0.5) * (Real(1) + x / (Real(1) + std::abs(x)))
-                                : Real(1) / (Real(1) + exponential(-x));
-  }
-  for (std::size_t i = size_; i < padded_; ++i) rate_[i] = Real(0);
 }
 
 template <class Real>
@@ -208,10 +182,6 @@ void NeuralField<Real>::sum_rates(const Kernel& w, Real less, Real* sums) {
   Real* const along_x = flat ? along_x_.data() + halo_ * columns_ : sums;
   for (std::size_t y = 0; y < rows_; ++y) {
     std::copy_n(rate_.data() + y * columns_, columns_, row_.data() + halo_);
-    if (params_.circular) {
-      std::copy_n(rate_.data() + size_ - halo_, halo_, row_.data());
-      std::copy_n(rate_.data(), halo_, row_.data() + halo_ + size_);
-    }
     convolve(w.x, row_.data() + inside, 1, columns_, flat ? Real(0) : less, along_x + y * columns_);
   }
   for (std::size_t y = 0; flat && y < rows_; ++y) {
@@ -244,7 +214,6 @@ double NeuralField<Real>::speed_1_s() const {
 template <class Real>
 double NeuralField<Real>::f2(double u) const {
   const double x = params_.slope * (u - params_.threshold2);
-  if (params_.rational) return 0.5 * (1.0 + x / (1.0 + std::abs(x)));
   return 1.0 / (1.0 + std::exp(-x));
 }
 

@@ -5,6 +5,8 @@
 
 namespace mimesis::cognition {
 
+inline constexpr double kCutoff = 4.0;  ///< kernels end there [σ]
+
 /// Constants of one field [M18 eq. 2.1, 2.2]. Activity u, h and S are dimensionless; x is a
 /// position on the feature axis of the layer, in units of its own [1].
 struct FieldParams {
@@ -19,12 +21,6 @@ struct FieldParams {
   double excitation = 2.4;      ///< A_s, peak of the kernel w
   double width = 5.0;           ///< σ_s of w [1]
   double inhibition = 1.0;      ///< w_inhib; acts on the integral of f₂, not on its mean
-  bool gated = true;  ///< f₁ multiplies the interaction; false: it acts everywhere, θ₁ is not used
-  bool circular = false;  ///< a 1-D axis whose ends meet
-  bool rational = false;  ///< not gated: f₂(u) = ½ (1 + β(u−θ₂) / (1 + β|u−θ₂|)) instead of eq. 2.2
-  double surround = 0.0;         ///< peak of a second Gaussian that is subtracted from w [1]
-  double surround_width = 10.0;  ///< its σ [1]
-  double cutoff = 4.0;           ///< kernels end there [σ]
   /// The second population v of a transient field [M18 eq. 2.6, 2.7]: its inhibition follows the
   /// activity, and ends it. 0: there is none.
   double decay = 0.0;            ///< A_v, peak of w^v
@@ -39,11 +35,10 @@ struct FieldParams {
 ///   τ u̇(x) = −u(x) + h + S(x) + f₁(u(x)) [ ∫ w(x−x′) f₂(u(x′)) dx′ − w_inhib ∫ f₂(u(x′)) dx′ ]
 ///   fᵢ(u) = 1 / (1 + exp(−βᵢ (u − θᵢ))),   w(d) = A_s exp(−d² / 2σ_s²), cut off at 4 σ_s
 ///
-/// [M18 eq. 2.1, 2.2 as printed; 4: `cutoff`]. Fields of other people's files may have no gate f₁,
-/// a circular axis, a kernel with a surround. In a 2-D field x is a place in the plane, and neuron
-/// (x, y) has the index y·N + x; the kernel is the product of one along each axis. All arithmetic
-/// is in a fixed order: the same inputs give the same bits. Real: float or double. step() costs
-/// O(neurons · 8σ_s/dx) for each axis, and does not allocate.
+/// [M18 eq. 2.1, 2.2 as printed]. In a 2-D field x is a place in the plane, and neuron (x, y) has
+/// the index y·N + x; the kernel is the product of one along each axis. All arithmetic is in a
+/// fixed order: the same inputs give the same bits. Real: float or double. step() costs O(neurons ·
+/// 8σ_s/dx) for each axis, and does not allocate.
 ///
 /// With `decay` the field is transient, of two populations:
 ///
@@ -79,9 +74,8 @@ class NeuralField {
     std::vector<Real> x, y;  // w(d)·dx, d = −left .. right; 2-D: y is the same without A
     std::size_t left = 0;
   };
-  Kernel kernel(double amplitude, double width, double surround) const;
+  Kernel kernel(double amplitude, double width) const;
   void fire();
-  void fire_ungated();
   void interact();
   void sum_rates(const Kernel& w, Real less, Real* sums);
   void follow();

@@ -219,8 +219,7 @@ void add_cognition(CLI::App& program, int& exit_code) {
   on_run(*sub, exit_code, [options] { return explain(*options); });
 
   auto run = std::make_shared<RunOptions>();
-  CLI::App* fields =
-      verb->add_subcommand("run", "Runs the fields of a network (YAML, or JSON of dnf-composer)");
+  CLI::App* fields = verb->add_subcommand("run", "Runs the fields of a network");
   fields->add_option("NETWORK", run->network, "File, in models/ or elsewhere")->required();
   fields->add_option("--input", run->inputs, "An input of the file, and when [s]; may be repeated")
       ->type_name("NAME:FIELD[=SITE]@FROM-TO");
@@ -238,8 +237,7 @@ void add_cognition(CLI::App& program, int& exit_code) {
       "  mimesis cognition run bar_fields.yaml --input vision:STSg=PG@0-0.6 --input "
       "vision:STSt=AT@0-0.6\n"
       "  mimesis cognition run sequence_fields.yaml --train 10 --input event:A@0-0.06 --input "
-      "event:B@0.16-0.22 --input event:C@0.32-0.38 --recall event:A@0-0.06\n"
-      "  mimesis cognition run composer_selection.json --input stimulus:u@0-12.5 --seconds 12.5");
+      "event:B@0.16-0.22 --input event:C@0.32-0.38 --recall event:A@0-0.06");
   on_run(*fields, exit_code, [run] { return run_fields(*run); });
 }
 

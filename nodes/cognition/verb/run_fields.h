@@ -13,7 +13,7 @@ struct RunOptions {
   bool json = false;
 };
 
-/// Runs the fields of a network, ours or one of dnf-composer, and prints what became active.
+/// Runs the fields of a network and prints what became active.
 int run_fields(const RunOptions& options);
 
 }  // namespace mimesis::tool
