@@ -7,10 +7,12 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "common/image/image_file.h"
@@ -40,12 +42,11 @@ class FileNames {
   }
   /// "bridge/joint_states" -> "FOLDER/bridge_joint_states.csv", and
   /// "FOLDER/bridge_joint_states_2.csv" the next time. A name that is too long for a file is cut.
-  std::string unique(const std::string& name, std::string extension) {
-    constexpr std::size_t kLongest = 200, kLongestExtension = 32;  // a file's name has 255 bytes
+  std::string unique(const std::string& name, const std::string& extension) {
+    constexpr std::size_t kLongest = 200;  // a file's name has 255 bytes
     std::string stem;
     for (const char c : name) stem += c == '/' || c == '\\' || c == '\0' ? '_' : c;
     cut(stem, kLongest);
-    cut(extension, kLongestExtension);
     if (stem.empty() || stem.starts_with('.')) stem = "_" + stem;  // no hidden file, no ".."
     std::string file = stem + extension;
     for (int i = 2; !taken_.insert(file).second; ++i)
@@ -79,6 +80,8 @@ tl::expected<void, Status> write_file(const std::string& path, std::string_view 
 }
 
 // --- CSV
+
+using Cells = std::vector<std::string>;
 
 /// A cell as RFC 4180 wants it: quoted if it has commas, quotes or line ends.
 std::string csv_cell(const std::string& text) {
@@ -121,11 +124,6 @@ std::vector<FieldQuery> csv_fields(const std::string& text,
   }
   return queries;
 }
-
-const std::map<std::string, Join> kJoins{{"", Join::previous},
-                                         {"previous", Join::previous},
-                                         {"nearest", Join::nearest},
-                                         {"outer", Join::outer}};
 
 /// A file, or standard output.
 class CsvFile {
@@ -175,64 +173,29 @@ class CsvWriter {
 
   ExportResult run() {
     find_columns();
-    const bool together = tables_.size() == 1 || !options_.join.empty();
     const std::string output = options_.output.empty() ? "-" : options_.output;
-    if (!together && output == "-") {
-      throw ConfigError("several topics: say -o FOLDER, or --join nearest, previous or outer");
-    }
-    std::vector<const TopicTable*> all;
-    for (const TopicTable& table : tables_) all.push_back(&table);
-    std::vector<std::unique_ptr<Sheet>> sheets;
-    if (together) {
-      sheets.push_back(std::make_unique<Sheet>(*this, output, all));
-    } else {
-      FileNames names(output, /*lazy=*/true);
-      for (const TopicTable* table : all) {
-        sheets.push_back(
-            std::make_unique<Sheet>(*this, names.unique(table->topic, ".csv"), std::vector{table}));
-      }
+    if (tables_.size() > 1 && output == "-") throw ConfigError("several topics: say -o FOLDER");
+    std::deque<CsvFile> sheets;
+    std::optional<FileNames> names;
+    if (tables_.size() > 1) names.emplace(output, /*lazy=*/true);
+    for (const TopicTable& table : tables_) {
+      const std::string path = names ? names->unique(table.topic, ".csv") : output;
+      sheets.emplace_back(path).row("log_time_s", heading(table));
+      if (path != "-") result_.files.push_back(path);
     }
     scan("export", true, [&](const Item& item) {
       const std::size_t index = index_of(item);
       const auto* message = decoder_.decode(item);
       if (message == nullptr) return;
-      sheets[together ? 0 : index]->join.add(together ? index : 0, item.message->log_time,
-                                             cells(tables_[index], item, *message));
+      sheets[index].row(seconds_text(item.message->log_time, origin_ns_),
+                        cells(tables_[index], item, *message));
+      ++result_.items;
     });
-    for (auto& sheet : sheets) {
-      sheet->join.finish();
-      sheet->file.close();
-    }
+    for (CsvFile& sheet : sheets) sheet.close();
     return std::move(result_);
   }
 
  private:
-  /// A file with the tables of some topics, side by side.
-  struct Sheet {
-    Sheet(CsvWriter& writer, const std::string& path, const std::vector<const TopicTable*>& tables)
-        : file(path),
-          join(kJoins.at(writer.options_.join), widths(tables),
-               [&](std::uint64_t time_ns, const Cells& row) {
-                 file.row(seconds_text(time_ns, writer.origin_ns_), row);
-                 ++writer.result_.items;
-               }) {
-      Cells first;
-      for (const TopicTable* table : tables) {
-        const Cells columns = heading(*table, tables.size() > 1);
-        first.insert(first.end(), columns.begin(), columns.end());
-      }
-      file.row("log_time_s", first);
-      if (path != "-") writer.result_.files.push_back(path);
-    }
-    static std::vector<std::size_t> widths(const std::vector<const TopicTable*>& tables) {
-      std::vector<std::size_t> all;
-      for (const TopicTable* table : tables) all.push_back(table->width());
-      return all;
-    }
-    CsvFile file;
-    RowJoin join;
-  };
-
   /// Reports errors in the fields before anything is read.
   void check(TopicTable& table) {
     std::set<std::string> nodes;
@@ -276,12 +239,11 @@ class CsvWriter {
     }
   }
 
-  static Cells heading(const TopicTable& table, bool with_topic) {
-    const std::string prefix = with_topic ? table.topic + "." : "";
-    Cells cells{csv_cell(prefix + "publish_time_s")};
-    if (table.several_nodes) cells.push_back(csv_cell(prefix + "node"));
+  static Cells heading(const TopicTable& table) {
+    Cells cells{"publish_time_s"};
+    if (table.several_nodes) cells.push_back("node");
     for (const auto& [key, column] : table.columns) {
-      cells.push_back(csv_cell(prefix + table.queries[key.first].name(key.second)));
+      cells.push_back(csv_cell(table.queries[key.first].name(key.second)));
     }
     return cells;
   }
@@ -336,6 +298,8 @@ void put_yuv(double y, double u, double v, std::uint8_t* bgr) {
   bgr[2] = clamped(y + 1.402 * (v - 128.0));
 }
 
+constexpr int kJpegQuality = 90;
+
 /// A file NAME.png or the like of the image in a message.
 tl::expected<void, Status> write_image(const Item& item, const ExportOptions& options,
                                        const std::string& name, FileNames& names) {
@@ -353,34 +317,27 @@ tl::expected<void, Status> write_image(const Item& item, const ExportOptions& op
   const auto image = raw_image(raw);
   if (!image) return tl::unexpected(image.error());
   return options.format == "jpeg"
-             ? image::write_jpeg(names.unique(name, ".jpg"), *image, options.quality)
+             ? image::write_jpeg(names.unique(name, ".jpg"), *image, kJpegQuality)
              : image::write_png(names.unique(name, ".png"), *image);
 }
 
 int run_export(const ExportOptions& o) {
-  const int kinds =
-      (o.csv.empty() ? 0 : 1) + (o.images.empty() ? 0 : 1) + (o.attachments.empty() ? 0 : 1);
-  if (kinds != 1) {
+  if (o.csv.empty() == o.images.empty()) {
     throw ConfigError(
-        "say what to export: --csv TOPIC.FIELD, --images TOPIC or --attachments FOLDER (JSON "
-        "lines: mimesis log cat)");
+        "say what to export: --csv TOPIC.FIELD or --images TOPIC (JSON lines, attachments: mimesis "
+        "log cat)");
   }
   if (o.output.empty() && !o.images.empty()) throw ConfigError("--images: say -o FOLDER");
   if (o.output.empty() && !o.csv.empty() && o.json) {
     throw ConfigError("--json: standard output has the CSV; say -o FILE");
   }
   const auto logs = open_logs(o.files);
-  const ExportResult result = !o.csv.empty()      ? export_csv(logs, o)
-                              : !o.images.empty() ? export_images(logs, o)
-                                                  : export_attachments(logs, o.attachments);
+  const ExportResult result = o.csv.empty() ? export_images(logs, o) : export_csv(logs, o);
   if (o.json) {
     print_json({{"files", result.files}, {"items", result.items}, {"failures", result.failures}});
   } else {
     std::cerr << fmt::format(
-        "{} {}{}\n", result.items,
-        !o.csv.empty()      ? "rows"
-        : !o.images.empty() ? "images"
-                            : "attachments",
+        "{} {}{}\n", result.items, o.csv.empty() ? "images" : "rows",
         result.failures == 0 ? "" : fmt::format(", {} failures", result.failures));
   }
   return result.failures == 0 ? 0 : 1;
@@ -477,45 +434,16 @@ ExportResult export_images(const std::vector<OpenLog>& logs, const ExportOptions
   return result;
 }
 
-ExportResult export_attachments(const std::vector<OpenLog>& logs, const std::string& folder) {
-  FileNames names(folder);
-  ExportResult result;
-  for (const OpenLog& log : logs) {
-    for (const log::AttachmentIndex& index : log.summary.attachments) {
-      std::string data;
-      const auto attachment = log::read_attachment(*log.source, index, data);
-      if (!attachment) {
-        ++result.failures;
-        std::cerr << printable(fmt::format("{}: attachment {}: {}", log.path, index.name,
-                                           attachment.error().reason))
-                  << '\n';
-        continue;
-      }
-      const fs::path name = fs::path(index.name).filename();
-      const std::string path = names.unique(name.stem().string(), name.extension().string());
-      if (const auto written = write_file(path, data); !written) {
-        throw ConfigError("cannot write '" + path + "': " + written.error().reason);
-      }
-      ++result.items;
-      result.files.push_back(path);
-    }
-  }
-  return result;
-}
-
 void add_export(CLI::App& verb, int& exit_code) {
   CLI::App* sub = verb.add_subcommand(
-      "export", "Fields as CSV (spreadsheets, pandas, PlotJuggler), images, attachments of a log");
+      "export", "Fields as CSV (spreadsheets, pandas, PlotJuggler), images of a log");
   auto o = std::make_shared<ExportOptions>();
   sub->add_option("FILE", o->files, "MCAP files: bags, or the parts of one")->required();
-  sub->add_option("--csv", o->csv,
-                  "TOPIC.FIELD[,FIELD...]: fields over time (repeatable); FIELD[2] is one element, "
-                  "FIELD[*] a column for each, TOPIC alone all fields")
+  sub->add_option(
+         "--csv", o->csv,
+         "TOPIC.FIELD[,FIELD...]: fields over time (repeatable); FIELD[2] is one element, "
+         "FIELD[*] a column for each, TOPIC alone all fields; several topics: a file for each")
       ->allow_extra_args(false);
-  sub->add_option("--join", o->join,
-                  "Several topics in one table: the last value before each message of the first "
-                  "topic, the nearest, or a row per time; without: a file per topic")
-      ->check(CLI::IsMember({"previous", "nearest", "outer"}));
   sub->add_option("--time", o->time, "Times relative to the start of the log, or absolute")
       ->check(CLI::IsMember({"relative", "absolute"}))
       ->capture_default_str();
@@ -523,13 +451,9 @@ void add_export(CLI::App& verb, int& exit_code) {
   sub->add_option("--format", o->format, "Of raw images: png or jpeg")
       ->check(CLI::IsMember({"png", "jpeg"}))
       ->capture_default_str();
-  sub->add_option("--quality", o->quality, "Of JPEG")
-      ->check(CLI::Range(1, 100))
-      ->capture_default_str();
   sub->add_option("--every", o->every, "Only each so-manieth image")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  sub->add_option("--attachments", o->attachments, "Write attachments into this folder");
   sub->add_option("-o,--output", o->output, "File or folder; default for CSV: standard output");
   add_time_options(*sub, o->range);
   sub->add_flag("--json", o->json, "Print one JSON object at the end; needs -o for CSV");

@@ -161,9 +161,8 @@ class Recorder {
         filter_(options.topics, options.regex, options.exclude),
         elided_(options.elided),
         output_(open_output()),
-        recording_([this](Recorded message, WallTime now) {
-          output_.write(std::move(message), now);
-        }) {
+        recording_(
+            [this](Recorded message, WallTime now) { output_.write(std::move(message), now); }) {
     std::signal(SIGPIPE, SIG_IGN);  // the reader of our lines may go away, the log is to be closed
     std::signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes is met as a full disk is
     tap_.emplace(runtime::graph_name(), filter_, runtime::Policy::reliable);
@@ -318,8 +317,7 @@ class Recorder {
     const Counts& counts = recording_.counts();
     const std::vector<std::string> paths = output_.files().paths();
     if (!standing) {
-      standing = {output_.messages(),
-                  output_.files().total()};
+      standing = {output_.messages(), output_.files().total()};
     }
     const auto [messages, bytes] = *standing;
     Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
@@ -346,7 +344,8 @@ class Recorder {
       if (!seen) say(fmt::format("topic {}: not one message", topic));
     }
     std::string what = options_.output;
-    if (options_.split.on()) what = fmt::format("{} files up to {}", paths.size(), output_.files().last());
+    if (options_.split.on())
+      what = fmt::format("{} files up to {}", paths.size(), output_.files().last());
     say(fmt::format("{}: {} messages, {} lost, {}", what, messages, counts.total.lost,
                     bytes_text(bytes)));
     if (counts.total.received == 0) say("nothing was recorded: no message came");

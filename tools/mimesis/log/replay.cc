@@ -442,8 +442,7 @@ void add_replay(CLI::App& log, int& exit_code) {
     std::uint64_t keep_going = 0;  ///< 0: to the end
   };
   auto o = std::make_shared<Options>();
-  verb->add_option("WORDS", o->words,
-"Nodes (default: all with complete records), then logs")
+  verb->add_option("WORDS", o->words, "Nodes (default: all with complete records), then logs")
       ->required()
       ->type_name("[NODE ...] LOG ...");
   verb->add_option("--exec", o->replay.program,

@@ -25,13 +25,6 @@ using nlohmann::ordered_json;
 
 constexpr std::string_view kStart = "/start";  // topic of a node with v1.NodeStart
 
-/// "TOPIC=X" -> TOPIC, X; "X" -> "", X.
-std::pair<std::string, std::string> topic_and_number(const std::string& text) {
-  const std::size_t equals = text.rfind('=');
-  if (equals == std::string::npos) return {"", text};
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
 std::function<bool(const log::Channel&)> channel_filter(const FilterOptions& options) {
   const TopicFilter topics = filter_of(options);
   const std::set<std::string> nodes(options.nodes.begin(), options.nodes.end());
@@ -88,9 +81,9 @@ void write_latched(const std::vector<OpenLog>& logs, const log::Selection& selec
 class KeptLosses {
  public:
   explicit KeptLosses(const std::vector<OpenLog>& logs) : recorded_(read_losses(logs)) {}
-  void add(const Item& item, bool kept) {
+  void add(const Item& item) {
     LossCount& count = counted_[loss_key(*item.channel)];
-    count.received += kept ? 1 : 0;
+    ++count.received;
     if (item.message->sequence != 0) {
       count.lost += sequences_[item.channel].next(item.message->sequence).missing;
     }
@@ -341,50 +334,7 @@ ordered_json recovery_json(const std::string& input, const Recovered& recovered)
 
 }  // namespace
 
-Thinning::Thinning(const std::vector<std::string>& every,
-                   const std::vector<std::string>& max_rate) {
-  for (const std::string& text : every) {
-    const auto [topic, number] = topic_and_number(text);
-    const auto n = runtime::to_int(number);
-    if (!n || *n < 1) {
-      throw ConfigError(fmt::format("--every: expected N or TOPIC=N from 1, found '{}'", text));
-    }
-    every_[topic] = static_cast<std::uint64_t>(*n);
-  }
-  for (const std::string& text : max_rate) {
-    const auto [topic, number] = topic_and_number(text);
-    const auto hz = runtime::to_double(number);
-    if (!hz || *hz < 1e-6 || *hz > 1e9) {
-      throw ConfigError(
-          fmt::format("--max-rate: expected HZ or TOPIC=HZ above 0, found '{}'", text));
-    }
-    period_ns_[topic] = static_cast<std::uint64_t>(std::llround(1e9 / *hz));
-  }
-}
-
-bool Thinning::keep(const log::Channel& channel, std::uint64_t log_time) {
-  const auto [it, fresh] = states_.try_emplace(&channel);
-  State& s = it->second;
-  if (fresh) {
-    const auto given = [&](const auto& map, std::uint64_t otherwise) {
-      auto value = map.find(channel.topic);
-      if (value == map.end() && !is_latched(channel)) value = map.find("");
-      return value == map.end() ? otherwise : value->second;
-    };
-    s = {given(every_, 1), given(period_ns_, 0)};
-  }
-  if (s.seen++ % s.every != 0) return false;
-  if (s.period_ns == 0) return true;
-  if (log_time < s.due_ns) return false;
-  // The due times form a grid, so that 100 Hz become 30 on average, not 25; after a pause the grid
-  // starts again.
-  s.due_ns = std::max(s.due_ns, log_time - std::min(log_time, s.period_ns)) + s.period_ns;
-  if (s.due_ns <= log_time) s.due_ns = log_time + s.period_ns;
-  return true;
-}
-
 int log_filter(FilterOptions options) {
-  Thinning thinning(options.every, options.max_rate);
   const log::Metadata notes = notes_of(options.notes);
   const auto logs = open_logs(options.inputs);
   if (!options.inputs_of.empty()) {
@@ -401,9 +351,8 @@ int log_filter(FilterOptions options) {
   if (options.latched && times.start > 0) write_latched(logs, selection, out);
   out.read("filter", logs, selection, [&](const Item& item) {
     if (repeats.repeated(item)) return;
-    const bool keep = thinning.keep(*item.channel, item.message->log_time);
-    losses.add(item, keep);
-    if (keep) out.copy(item);
+    losses.add(item);
+    out.copy(item);
   });
   if (options.attachments) out.copy_attachments(logs);
   if (options.metadata) out.copy_metadata(logs, losses.result(options.range.whole()));
@@ -412,9 +361,11 @@ int log_filter(FilterOptions options) {
 }
 
 std::pair<std::string, double> parse_offset(const std::string& text) {
-  const auto [file, number] = topic_and_number(text);
-  const auto seconds = runtime::to_double(number);
-  if (!file.empty() && seconds && std::abs(*seconds) <= kLargestOffset_s) return {file, *seconds};
+  const std::size_t equals = std::min(text.rfind('='), text.size());
+  const auto seconds = runtime::to_double(text.substr(std::min(equals + 1, text.size())));
+  if (equals > 0 && seconds && std::abs(*seconds) <= kLargestOffset_s) {
+    return {text.substr(0, equals), *seconds};
+  }
   throw ConfigError(fmt::format("--offset: expected FILE=SECONDS, found '{}'", text));
 }
 
@@ -497,14 +448,6 @@ void add_filter(CLI::App& verb, int& exit_code) {
   filter->add_option("--duration", o->range.duration, "Length of log time from --start on");
   filter->add_flag("--latched,!--no-latched", o->latched,
                    "Begin with the last values of latched topics before --start (default)");
-  filter
-      ->add_option("--every", o->every,
-                   "Keep every Nth message of each topic, or TOPIC=N (repeatable)")
-      ->allow_extra_args(false);
-  filter
-      ->add_option("--max-rate", o->max_rate,
-                   "Keep at most HZ messages a second of each topic, or TOPIC=HZ (repeatable)")
-      ->allow_extra_args(false);
   filter->add_flag("!--no-attachments", o->attachments, "Leave attachments out");
   filter->add_flag("!--no-metadata", o->metadata, "Leave metadata out");
   filter->add_option("--note", o->notes, "Stores KEY=VALUE in the log, say its source (repeatable)")
@@ -513,9 +456,8 @@ void add_filter(CLI::App& verb, int& exit_code) {
   add_output_options(*filter, o->output);
   filter->add_flag("--json", o->json, "Print the result as one JSON object");
   filter->footer(
-      "Thinning leaves latched topics alone unless they are named. Exit code 1 if an input is "
-      "damaged.\n"
-      "Examples:\n  mimesis log filter run.mcap images.mcap --topic camera/image --max-rate 5\n"
+      "Exit code 1 if an input is damaged.\n"
+      "Examples:\n  mimesis log filter run.mcap images.mcap --topic camera/image\n"
       "  mimesis log filter run.mcap -o part.mcap --start 12.5 --duration 3\n"
       "  mimesis log filter run.mcap -o planner.mcap --inputs-of planner\n"
       "  mimesis log filter run.mcap -o small.mcap --compression zstd --level 19   (compress)\n"

@@ -16,29 +16,11 @@ struct RewriteOptions {
   bool json = false;
 };
 
-/// Keeps every Nth message, or at most a rate in log time, of each topic of each node. Latched
-/// topics are thinned only if they are named: their last value is the state.
-class Thinning {
- public:
-  /// `every`: "[TOPIC=]N"; `max_rate`: "[TOPIC=]HZ". @throws ConfigError
-  Thinning(const std::vector<std::string>& every, const std::vector<std::string>& max_rate);
-  bool keep(const log::Channel& channel, std::uint64_t log_time);
-
- private:
-  struct State {
-    std::uint64_t every = 1, period_ns = 0;
-    std::uint64_t seen = 0, due_ns = 0;
-  };
-  std::map<std::string, std::uint64_t> every_, period_ns_;  ///< by topic; "" is for all others
-  std::map<const log::Channel*, State> states_;
-};
-
 struct FilterOptions : RewriteOptions, TopicOptions {
   std::vector<std::string> nodes;  ///< only what these published; empty: all
   std::string inputs_of;           ///< node: only the messages that its replay needs
   TimeRange range;
-  bool latched = true;                       ///< last values before the start, at its time
-  std::vector<std::string> every, max_rate;  ///< KEY=VALUE, see Thinning
+  bool latched = true;  ///< last values before the start, at its time
   bool attachments = true, metadata = true;
   std::vector<std::string> notes;  ///< KEY=VALUE, for metadata "mimesis.notes"
 };

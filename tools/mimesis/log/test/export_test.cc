@@ -1,4 +1,4 @@
-// Fields, images and attachments of a log as files.
+// Fields and images of a log as files.
 #include "tools/mimesis/log/export.h"
 
 #include <gtest/gtest.h>
@@ -11,38 +11,6 @@
 
 namespace mimesis::tool {
 namespace {
-
-using Rows = std::vector<std::string>;
-
-/// "time: cells" of each row; a message "a3" is of topic 0 at time 3, "b..." of topic 1.
-Rows joined(Join how, const std::vector<std::string>& messages) {
-  Rows rows;
-  RowJoin join(how, {1, 1}, [&](std::uint64_t time, const Cells& cells) {
-    rows.push_back(std::to_string(time) + ": " + cells[0] + "|" + cells[1]);
-  });
-  for (const std::string& m : messages) {
-    join.add(m[0] == 'a' ? 0 : 1, std::stoull(m.substr(1)), {m});
-  }
-  join.finish();
-  return rows;
-}
-
-TEST(RowJoin, PreviousTakesTheLastAtOrBefore) {
-  EXPECT_EQ(joined(Join::previous, {"a1", "b2", "a3", "b4", "b5", "a5", "a6", "b6", "b7"}),
-            (Rows{"1: a1|", "3: a3|b2", "5: a5|b5", "6: a6|b6"}));
-}
-
-TEST(RowJoin, NearestTakesTheEarlierOfTwo) {
-  EXPECT_EQ(joined(Join::nearest, {"a1", "b2", "a4", "a5", "b6", "b9", "a10", "a11"}),
-            (Rows{"1: a1|b2", "4: a4|b2", "5: a5|b6", "10: a10|b9", "11: a11|b9"}));
-  EXPECT_EQ(joined(Join::nearest, {"b1", "a5", "b5"}), Rows{"5: a5|b5"});
-  EXPECT_EQ(joined(Join::nearest, {"a5"}), Rows{"5: a5|"});
-}
-
-TEST(RowJoin, OuterHasEveryMessageOnce) {
-  EXPECT_EQ(joined(Join::outer, {"a1", "b1", "b2", "a3", "a3", "b3", "b4"}),
-            (Rows{"1: a1|b1", "2: |b2", "3: a3|b3", "3: a3|", "4: |b4"}));
-}
 
 v1::JointState arm_state(std::vector<double> positions, const std::string& fault = "") {
   v1::JointState m;
@@ -87,15 +55,10 @@ TEST_F(ExportTest, AbsoluteTimesAndAPartOfTheLog) {
       "1795275601.250000000,1795275601.249999999,1\n");
 }
 
-TEST_F(ExportTest, SeveralTopicsAsOneTableOrAsFiles) {
+TEST_F(ExportTest, AFileForEachTopic) {
   log_.add("x/arm", 1000, arm_state({1.0}))
       .add("y/arm", 2000, arm_state({2.0}))
       .add("x/arm", 3000, arm_state({3.0}));
-  EXPECT_EQ(csv({.csv = {"x/arm.position_rad", "y/arm.position_rad[0]"}, .join = "previous"}),
-            "log_time_s,x/arm.publish_time_s,x/arm.position_rad[0],y/arm.publish_time_s,"
-            "y/arm.position_rad[0]\n"
-            "0.000000000,-0.000000001,1,,\n"
-            "0.000002000,0.000001999,3,0.000000999,2\n");
   csv({.csv = {"x/arm.position_rad", "y/arm.position_rad"}, .output = folder_.file("tables")});
   EXPECT_EQ(result_.files.size(), 2u);
   EXPECT_EQ(folder_.read("tables/y_arm.csv"),
@@ -136,23 +99,6 @@ TEST_F(ExportTest, MistakesAreToldBeforeAnythingIsWritten) {
   EXPECT_EQ(why({"json.a"}),
             "json: messages are 'raw', not Protobuf with a schema: they have no fields to choose");
   EXPECT_FALSE(std::filesystem::exists(folder_.file("never.csv")));
-}
-
-TEST_F(ExportTest, AttachmentsKeepTheirNamesWithinTheFolder) {
-  for (const std::string data : {"one", "two"}) {
-    ASSERT_TRUE(log_.writer().attach({0, 0, "../../launch.yaml", "text/yaml", data}));
-  }
-  std::vector<OpenLog> logs;
-  logs.push_back(log_.open());
-  EXPECT_EQ(export_attachments(logs, folder_.file("out")).items, 2u);
-  EXPECT_EQ(folder_.read("out/launch.yaml"), "one");
-  EXPECT_EQ(folder_.read("out/launch_2.yaml"), "two");
-  const std::string name = "a" + std::string(300, 'x') + "." + std::string(300, 'y');
-  LogBuilder longer;
-  ASSERT_TRUE(longer.writer().attach({0, 0, name, "text/plain", "long"}));
-  logs.clear();
-  logs.push_back(longer.open());
-  EXPECT_EQ(export_attachments(logs, folder_.file("long")).items, 1u);
 }
 
 foxglove::RawImage raw(const std::string& encoding, std::uint32_t width, std::uint32_t height,

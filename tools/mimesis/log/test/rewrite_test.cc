@@ -133,26 +133,6 @@ TEST_F(Rewrite, WhatAReplayNeedsIsFoundByNodeStart) {
   }
 }
 
-TEST(Thinning, RatesAreMetOnAverageAndLatchedTopicsKept) {
-  const log::Channel fast{1, 0, "fast", "", {}}, state{2, 0, "state", "", {{"latched", "true"}}};
-  Thinning to_30_hz({}, {"30"});
-  Thinning every_third({"3", "state=2"}, {});
-  int kept = 0, third = 0, states = 0;
-  for (std::uint64_t i = 0; i < 1000; ++i) {  // 100 Hz, 10 s
-    kept += to_30_hz.keep(fast, i * 10'000'000) ? 1 : 0;
-    EXPECT_TRUE(to_30_hz.keep(state, i * 10'000'000));
-    third += every_third.keep(fast, i) ? 1 : 0;
-    states += every_third.keep(state, i) ? 1 : 0;
-  }
-  EXPECT_EQ(kept, 300);
-  EXPECT_EQ(third, 334);
-  EXPECT_EQ(states, 500);
-  EXPECT_TRUE(to_30_hz.keep(fast, 60'000'000'000));  // a pause does not save up
-  EXPECT_FALSE(to_30_hz.keep(fast, 60'010'000'000));
-  EXPECT_THROW(Thinning({"0"}, {}), ConfigError);
-  EXPECT_THROW(Thinning({}, {"a=x"}), ConfigError);
-}
-
 TEST_F(Rewrite, MergedPartsAreTheRecordingThatWasSplit) {
   const auto sent = ten_seconds();
   std::vector<Sent> first(sent.begin(), sent.begin() + 70), second(sent.begin() + 70, sent.end());
