@@ -27,7 +27,7 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
     KnownVerb{"cognition", "Says why the neural fields decided as they did"},
     KnownVerb{"calibrate", "Calibrates cameras from pictures of a chessboard"},
-    KnownVerb{"vision", "Teaches vision colours, checks its camera, shows what it saw"},
+    KnownVerb{"vision", "Teaches vision colours, checks its camera"},
     KnownVerb{"hw", "Drives on their buses: finds, watches, checks, moves, asks, breaks"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},
     KnownVerb{"drawer-trials", "Writes generated trials of the drawer task as files"},

@@ -14,8 +14,6 @@
 #include "nodes/vision/camera_check.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/teach.h"
-#include "nodes/vision/verb/view_log.h"
-#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
@@ -194,26 +192,6 @@ void add_vision(CLI::App& program, int& exit_code) {
       "  mimesis vision check desk1.png desk2.png desk3.png --colors colors.yaml\n"
       "  mimesis log export run.mcap --images camera/image -o desk && mimesis vision check desk/*");
   sub->callback([options, &exit_code] { exit_code = check(*options); });
-
-  auto view = std::make_shared<ViewLogOptions>();
-  sub = verb->add_subcommand("view", "Writes what vision saw: a log's pictures with annotations");
-  sub->add_option("LOG", view->logs, "MCAP files: several are one")->required();
-  sub->add_option("--image", view->image, "Topic of the pictures")->capture_default_str();
-  sub->add_option("--annotations", view->annotations, "Topic of what is drawn over them")
-      ->capture_default_str();
-  sub->add_option("--film", view->film, "Write a film, by ffmpeg")->type_name("FILE");
-  sub->add_option("--frames", view->frames, "Write PNG files into a folder")->type_name("FOLDER");
-  sub->add_option("--rate", view->rate_hz, "Pictures a second of film")
-      ->check(CLI::Range(0.1, 1000.0))
-      ->capture_default_str();
-  add_time_options(*sub, view->range);
-  sub->footer(
-      "Elided pictures of a log are computed again.\n"
-      "Exit codes: 0 done, 1 no picture is annotated, or a file cannot be written, 2 usage, 3 no "
-      "log.\nExamples:\n  mimesis vision view imitation.mcap --film seen.mp4\n"
-      "  mimesis vision view run.mcap --image eye/image --annotations robot_vision/annotations "
-      "--frames seen --start 2 --end 3");
-  on_run(*sub, exit_code, [view] { return view_log(*view); });
 }
 
 }  // namespace mimesis::tool

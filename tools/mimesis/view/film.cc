@@ -1,6 +1,7 @@
 #include "tools/mimesis/view/film.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -14,7 +15,7 @@
 #include "common/runtime/raw.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/player.pb.h"
-#include "tools/mimesis/launch/film_file.h"
+#include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/progress.h"
@@ -28,6 +29,55 @@ using namespace std::chrono_literals;
 constexpr auto kPatience = 30s;                     // for the browser, and for one picture
 constexpr std::uint32_t kService = 1, kMarker = 1;  // ids; topics of the log follow the marker
 constexpr std::array kDrawn{"foxglove.SceneUpdate", "foxglove.FrameTransforms"};
+
+/// A film, which ffmpeg makes of pictures.
+class FilmFile {
+ public:
+  /// @param format  what ffmpeg is told of its input: {"-f", "image2pipe", "-c:v", "mjpeg"}
+  /// @throws ConfigError without ffmpeg
+  FilmFile(std::string path, const std::vector<std::string>& format, double rate_hz);
+  /// @throws ConfigError if the file cannot be written
+  void take(std::string_view picture);
+  /// @throws ConfigError if the film could not be made
+  void finish();
+
+ private:
+  std::string path_;
+  launch::Fd in_;
+  launch::Child child_;
+};
+
+FilmFile::FilmFile(std::string path, const std::vector<std::string>& format, double rate_hz)
+    : path_(std::move(path)) {
+  const std::string ffmpeg = launch::find_executable("ffmpeg");
+  if (ffmpeg.empty()) throw ConfigError(path_ + ": a film needs ffmpeg: apt install ffmpeg");
+  std::vector<std::string> argv{ffmpeg, "-v", "error", "-y"};
+  argv.insert(argv.end(), format.begin(), format.end());
+  argv.insert(argv.end(),
+              {"-framerate", fmt::format("{}", rate_hz), "-i", "-", "-pix_fmt", "yuv420p", path_});
+  std::signal(SIGPIPE, SIG_IGN);  // ffmpeg may end
+  launch::Pipe pipe = launch::make_pipe();
+  child_ = launch::spawn({argv, {}}, {}, {.output = STDERR_FILENO, .input = pipe.read.get()});
+  in_ = std::move(pipe.write);
+}
+
+void FilmFile::take(std::string_view picture) {
+  while (!picture.empty()) {
+    const ssize_t n = write(in_.get(), picture.data(), picture.size());
+    if (n <= 0) throw ConfigError(path_ + ": ffmpeg ended before the film did");
+    picture.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+void FilmFile::finish() {
+  in_.reset();
+  std::optional<launch::Ending> ending;
+  while (!(ending = child_.reap())) {
+    pollfd ended{child_.pidfd.get(), POLLIN, 0};
+    poll(&ended, 1, -1);
+  }
+  if (!ending->good()) throw ConfigError(fmt::format("{}: ffmpeg {}", path_, ending->text()));
+}
 
 std::string find_browser(const std::string& wished) {
   for (const std::string& name :
@@ -99,7 +149,7 @@ class Sink {
 
  private:
   std::string png_;
-  std::optional<launch::FilmFile> film_;
+  std::optional<FilmFile> film_;
 };
 
 /// The server, and the log's messages that are sent up to a time.

@@ -142,26 +142,5 @@ TEST_F(Teach, CheckSaysWhatToChangeOnTheDesk) {
   EXPECT_NE(err_.find("absent.png"), std::string::npos);
 }
 
-TEST_F(Teach, ViewDrawsWhatVisionSawOverThePicturesOfALog) {
-  const std::string log = MIMESIS_SOURCE_DIR "/tests/replay/logs/vision.mcap",
-                    frames = folder_ / "frames";
-  ASSERT_EQ(vision({"view", log, "--frames", frames, "--start", "2", "--end", "2.5"}), 0) << err_;
-  const auto count = std::distance(fs::directory_iterator(frames), fs::directory_iterator());
-  EXPECT_NE(out_.find(std::to_string(count) + " pictures"), std::string::npos) << out_;
-  EXPECT_GE(count, 6);
-  const auto first = image::read_image(frames + "/000001.png");
-  ASSERT_TRUE(first) << first.error().reason;
-  int blue = 0;  // of the box around the bar, which nothing on the table has
-  for (int i = 0; i < first->width * first->height; ++i) {
-    const std::uint8_t* p = first->bgr.data() + 3 * i;
-    blue += p[0] > 250 && std::abs(p[1] - 128) < 3 && std::abs(p[2] - 77) < 3 ? 1 : 0;
-  }
-  EXPECT_GT(blue, 50);
-  EXPECT_EQ(vision({"view", log}), 2);
-  EXPECT_NE(err_.find("--film FILE or --frames FOLDER"), std::string::npos) << err_;
-  EXPECT_EQ(vision({"view", log, "--frames", frames, "--image", "camera/imag"}), 2);
-  EXPECT_NE(err_.find("camera/image"), std::string::npos) << err_;
-}
-
 }  // namespace
 }  // namespace mimesis::tool
