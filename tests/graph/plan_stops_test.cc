@@ -10,7 +10,7 @@
 
 #include "common/model/files.h"
 #include "hw/bridge/command_gate.h"
-#include "hw/can/faulty_wire.h"
+#include "hw/can/testing/faulty_wire.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/sim/cia402/rack.h"

@@ -1,4 +1,4 @@
-#include "hw/can/faulty_wire.h"
+#include "hw/can/testing/faulty_wire.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "common/time.h"
-#include "hw/can/faulty_wire.h"
+#include "hw/can/testing/faulty_wire.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/sim/cia402/rack.h"

@@ -162,7 +162,7 @@ void Drive::add_objects() {
   o.add({period, exponent});
   // This maker's own: faults on demand, temperature, a name that the user gives.
   Entry kind = at(0x2F00'01, u8, wo, no);
-  kind.high = static_cast<std::int64_t>(kTroubleNames.size());
+  kind.high = kTroubles;
   o.add({at(0x2F00'00, u8, ro, no, 2),
          kind,
          at(0x2F00'02, u16, rw, no),

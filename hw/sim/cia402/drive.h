@@ -28,8 +28,7 @@ enum class Trouble : std::uint8_t {
   bus_off = 7,           ///< its CAN controller leaves the bus, which the drive notices
   emergency_stop = 8,    ///< the circuit at its input (60FDh, bit 3, interlock) is open
 };
-inline constexpr std::array kTroubleNames{"overcurrent", "mute",  "jam",     "over_temperature",
-                                          "power",       "stall", "bus_off", "emergency_stop"};
+inline constexpr std::int64_t kTroubles = 8;
 
 struct DriveConfig {
   cia402::Axis axis{};

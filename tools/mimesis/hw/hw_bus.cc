@@ -1,4 +1,4 @@
-// `mimesis hw scan|sdo|fault`: requests to the nodes of a bus.
+// `mimesis hw scan|sdo`: requests to the nodes of a bus.
 #include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
@@ -11,11 +11,8 @@
 
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
-#include "hw/can/faulty_wire.h"
 #include "hw/cia402/cia402.h"
-#include "hw/sim/cia402/drive.h"
 #include "tools/mimesis/hw/hw_tools.h"
-#include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
@@ -227,80 +224,6 @@ int hw_sdo(const HwOptions& options) {
                          : text_of(data))
               << '\n';
   }
-  return 0;
-}
-
-int hw_fault_drive(const HwOptions& options) {
-  constexpr cia402::Object kName{0x1008, 0}, kKind{0x2F00, 1}, kDuration{0x2F00, 2};
-  const auto bus = open_bus(options.bus, options);
-  const auto name = read(*bus, options.node, kName, options);
-  // The objects of the faults may be anything in a drive of another maker.
-  if (!name || text_of(*name) != "mimesis simulated drive") {
-    throw VerbFailure{fmt::format("node {} is no simulated drive (1008:00 is '{}'): left alone",
-                                  options.node, name ? text_of(*name) : "absent"),
-                      1};
-  }
-  const auto write = [&](cia402::Object object, std::uint32_t value, std::size_t bytes) {
-    std::vector<std::uint8_t> data;
-    for (std::size_t i = 0; i < bytes; ++i)
-      data.push_back(static_cast<std::uint8_t>(value >> 8 * i));
-    return transfer(*bus, cia402::SdoTransfer::download(options.node, object, data),
-                    milliseconds(options.timeout_s));
-  };
-  const auto ms = static_cast<std::uint32_t>(1e3 * options.duration_s);
-  write(kDuration, ms, 2);
-  const auto at =
-      std::ranges::find(hw::sim::kTroubleNames, options.kind) - hw::sim::kTroubleNames.begin();
-  write(kKind, static_cast<std::uint32_t>(at) + 1, 1);
-  std::cerr << fmt::format("node {}: {}{}\n", options.node, options.kind,
-                           ms > 0 ? fmt::format(" for {:.3g} s", options.duration_s) : "");
-  return 0;
-}
-
-int hw_fault_bus_off(const HwOptions& options) {
-  const auto bus = open_bus(options.bus, options);
-  bus->send(std::array{can::Frame{.id = can::kErrorFlag | can::kBusOff, .length = 8}});
-  if (bus->counters().sent == 1) return 0;
-  throw VerbFailure{"nobody is on " + options.bus, kNotFound};
-}
-
-int hw_fault_wire(const HwOptions& options) {
-  if (options.bus == options.other_bus)
-    throw ConfigError("A and B: expected two buses, found " + options.bus + " twice");
-  const std::array<std::unique_ptr<can::Bus>, 2> ends{open_bus(options.bus, options),
-                                                      open_bus(options.other_bus, options)};
-  const can::WireFaults faults{.lose = options.lose,
-                               .duplicate = options.duplicate,
-                               .corrupt = options.corrupt,
-                               .delay = options.delay,
-                               .delay_by = from_seconds(options.delay_s)};
-  const auto seed = static_cast<std::uint64_t>(options.seed);
-  std::array wires{can::FaultyWire(faults, seed), can::FaultyWire(faults, seed + 1)};
-  StopSignals signals;
-  std::array<can::Frame, 64> frames;
-  std::uint64_t carried = 0;
-  const Clock::time_point begin = Clock::now();
-  const auto over = [&] {
-    return signals.requested() ||
-           (options.duration_s > 0.0 && to_seconds(Clock::now() - begin) >= options.duration_s);
-  };
-  while (!over()) {
-    bool quiet = true;
-    for (std::size_t i = 0; i < 2; ++i) {
-      const std::size_t count = ends[i]->receive(frames);
-      const auto out =
-          wires[i].carry(Clock::now().time_since_epoch(), std::span(frames).first(count));
-      if (!out.empty()) ends[1 - i]->send(out);
-      carried += count;
-      quiet = quiet && count == 0 && out.empty();
-    }
-    if (quiet) poll(nullptr, 0, 1);
-  }
-  const std::uint64_t damaged = wires[0].damaged() + wires[1].damaged();
-  if (options.json)
-    std::cout << Json{{"frames", carried}, {"damaged", damaged}}.dump() << '\n';
-  else
-    std::cerr << fmt::format("{} frames carried, {} damaged\n", carried, damaged);
   return 0;
 }
 

@@ -24,11 +24,8 @@ struct HwOptions : GraphOptions {
   double by_rad = 0.0, speed_rad_s = 0.0;
   double amount = 0.0;      ///< hw try: rad, rad/s or N m
   int method = 35;          ///< hw try: homing
-  std::string kind;         ///< hw fault, try
-  double duration_s = 0.0;  ///< hw fault; 0: for ever
-  std::string other_bus;    ///< hw fault wire
-  double lose = 0.0, duplicate = 0.0, corrupt = 0.0, delay = 0.0, delay_s = 0.01;
-  int seed = 1;
+  std::string kind;         ///< hw try
+  double duration_s = 0.0;  ///< hw try
 };
 
 int hw_check(const HwOptions& options);
@@ -37,9 +34,6 @@ int hw_monitor(const HwOptions& options);
 int hw_sdo(const HwOptions& options);
 int hw_jog(const HwOptions& options);
 int hw_try(const HwOptions& options);
-int hw_fault_drive(const HwOptions& options);
-int hw_fault_bus_off(const HwOptions& options);
-int hw_fault_wire(const HwOptions& options);
 
 /// "6041" or "607D:02". @throws ConfigError
 hw::cia402::Object object_of(const std::string& text);

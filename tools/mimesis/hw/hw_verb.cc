@@ -2,7 +2,6 @@
 #include <iostream>
 #include <memory>
 
-#include "hw/sim/cia402/drive.h"
 #include "tools/mimesis/hw/hw_tools.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/verb.h"
@@ -37,67 +36,11 @@ void add_node(CLI::App* sub, const Options& options) {
   sub->add_option("NODE", options->node, "CANopen node")->required()->check(CLI::Range(1, 127));
 }
 
-std::string share(const std::string& text) {
-  const std::string above = number_not_below_zero(text);
-  if (!above.empty()) return above;
-  return std::stod(text) <= 1.0 ? "" : "expected a share of 0 to 1, found '" + text + "'";
-}
-
-void add_fault(CLI::App& verb, int& exit_code) {
-  CLI::App* fault = verb.add_subcommand(
-      "fault", "Makes trouble: in a simulated drive, on a wire, at a controller");
-  fault->require_subcommand(1);
-  auto options = std::make_shared<HwOptions>();
-  CLI::App* drive = add(*fault, "drive", "A simulated drive fails; a real one is left alone",
-                        options, exit_code, hw_fault_drive, "an answer");
-  add_bus(drive, options);
-  add_node(drive, options);
-  drive
-      ->add_option(
-          "KIND", options->kind,
-          "overcurrent, over_temperature: fault. mute: its cable is cut. jam: its joint is held "
-          "(following error). "
-          "power: no supply. stall: its program hangs. bus_off: its controller leaves the bus. "
-          "emergency_stop: the circuit at bit 3 of its inputs 60FDh opens")
-      ->required()
-      ->check(CLI::IsMember(
-          std::vector<std::string>(hw::sim::kTroubleNames.begin(), hw::sim::kTroubleNames.end())));
-  drive->add_option("--for", options->duration_s, "How long, up to 65 s; else for ever [s]")
-      ->check(CLI::Range(0.001, 65.0));
-  options = std::make_shared<HwOptions>();
-  CLI::App* off =
-      add(*fault, "bus-off", "Tells all on an embedded bus that their controller is bus-off",
-          options, exit_code, hw_fault_bus_off);
-  add_bus(off, options);
-  options = std::make_shared<HwOptions>();
-  CLI::App* wire =
-      add(*fault, "wire",
-          "Joins two buses by a wire that loses, delays, corrupts and duplicates frames", options,
-          exit_code, hw_fault_wire);
-  wire->add_option("A", options->bus, "Bus of the bridge")->required();
-  wire->add_option("B", options->other_bus, "Bus of the drives")->required();
-  wire->add_option("--lose", options->lose, "Share of lost frames [1]")->check(share);
-  wire->add_option("--duplicate", options->duplicate, "Share of frames that come twice [1]")
-      ->check(share);
-  wire->add_option("--corrupt", options->corrupt, "Share of frames with a wrong bit [1]")
-      ->check(share);
-  wire->add_option("--delay", options->delay, "Share of late frames [1]")->check(share);
-  wire->add_option("--delay-by", options->delay_s, "How late [s]")
-      ->check(number_not_below_zero)
-      ->capture_default_str();
-  wire->add_option("--seed", options->seed, "Same seed, same damage")->capture_default_str();
-  wire->add_option("--for", options->duration_s, "How long; else until a signal [s]")
-      ->check(number_above_zero);
-  fault->footer(
-      "Examples:\n  mimesis hw fault drive embedded:arm 3 over_temperature\n"
-      "  mimesis hw fault wire embedded:arm embedded:drives --lose 0.01 --delay 0.05");
-}
-
 }  // namespace
 
 void add_hw(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand(
-      "hw", "Drives on their buses: finds, watches, checks, moves, asks, breaks");
+  CLI::App* verb =
+      program.add_subcommand("hw", "Drives on their buses: finds, watches, checks, moves, asks");
   verb->require_subcommand(1);
 
   auto options = std::make_shared<HwOptions>();
@@ -198,8 +141,6 @@ void add_hw(CLI::App& program, int& exit_code) {
       "Start with the axis unloaded and an emergency stop at hand.\nExamples:\n  mimesis hw try "
       "machine.yaml A1 home --method 17 --speed 0.1\n  mimesis hw try machine.yaml A1 velocity "
       "0.1 --for 0.5");
-
-  add_fault(*verb, exit_code);
 }
 
 }  // namespace mimesis::tool
