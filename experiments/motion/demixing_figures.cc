@@ -10,6 +10,7 @@
 #include "common/shared_data.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/grafted_raises.h"
+#include "experiments/motion/wigner.h"
 #include "nodes/synthesizer/verb/demix_plots.h"
 
 namespace mimesis::synthesizer {

@@ -57,12 +57,6 @@ void demix_tied(benchmark::State& state) {
   state.counters["Q"] = q;
 }
 
-void demix_wigner(benchmark::State& state) {
-  double q = 0.0;
-  for (auto _ : state) q = wigner(set_a(), {.sources = static_cast<int>(state.range(0))}).quality;
-  state.counters["Q"] = q;
-}
-
 void demix_pca(benchmark::State& state) {
   for (auto _ : state) {
     benchmark::DoNotOptimize(principal_components(set_a(), static_cast<int>(state.range(0))));
@@ -71,7 +65,6 @@ void demix_pca(benchmark::State& state) {
 
 BENCHMARK(demix_free)->Arg(3)->Arg(4)->Unit(benchmark::kMillisecond);
 BENCHMARK(demix_tied)->Arg(4)->Unit(benchmark::kMillisecond);
-BENCHMARK(demix_wigner)->Arg(4)->Unit(benchmark::kMillisecond);
 BENCHMARK(demix_pca)->Arg(8)->Unit(benchmark::kMillisecond);
 
 }  // namespace

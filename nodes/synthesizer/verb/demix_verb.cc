@@ -274,7 +274,6 @@ struct Options {
   demix::SisaOptions sisa;
   int fixed = 0, smooth = 0, up_to = 8;
   bool average = false, whole_clips = false, json = false, held_out = true;
-  std::string method = "sisa";
   std::string out, name, plot_dir, trials_out, export_to;
 };
 
@@ -304,30 +303,15 @@ void check(const Options& o) {
   if (o.average && !o.sisa.tied) {
     throw ConfigError("--average: needs --tied (free delays have no mean)");
   }
-  if (o.method == "wigner") {
-    const char* not_with = o.sisa.tied          ? "--tied"
-                           : o.sisa.nonnegative ? "--nonnegative"
-                           : o.fixed > 0        ? "--fixed"
-                                                : nullptr;
-    if (not_with) {
-      throw ConfigError(std::string("--method wigner: not with ") + not_with +
-                        ", it has free delays and weights of any sign alone");
-    }
-  }
 }
 
 /// @param start  learned sources to start from (SisaOptions::start), or none
 Mixture learn(const Options& o, const mocap::Trials& set, const Eigen::MatrixXd& start,
               const std::function<void(double)>& progress) {
-  Mixture mixture;
-  if (o.method == "wigner") {
-    mixture = demix::wigner(set, {.sources = o.sisa.sources, .progress = progress}).mixture;
-  } else {
-    demix::SisaOptions options = o.sisa;
-    options.start = start;
-    options.progress = progress;
-    mixture = demix::sisa(set, options).mixture;
-  }
+  demix::SisaOptions options = o.sisa;
+  options.start = start;
+  options.progress = progress;
+  Mixture mixture = demix::sisa(set, options).mixture;
   if (o.smooth == 0) return mixture;
   return demix::smooth_sources(set, mixture,
                                {.half_window = o.smooth, .nonnegative = o.sisa.nonnegative})
@@ -358,7 +342,6 @@ std::string command_line(const Options& o) {
   if (o.fixed > 0) text += fmt::format(" --fixed {}", o.fixed);
   if (o.smooth > 0) text += fmt::format(" --smooth {}", o.smooth);
   if (o.average) text += " --average";
-  if (o.method != "sisa") text += " --method " + o.method;
   if (!o.trials.robot.file.empty()) {
     text += fmt::format(" --robot {} --limit-margin-rad {}",
                         fs::path(o.trials.robot.file).filename().string(),
@@ -444,12 +427,9 @@ int run(Options& o) {
   const auto holding = std::chrono::steady_clock::now();
   if (o.held_out) held = hold_out(o, files.set, mixture);
   const double held_out_seconds = seconds_since(holding);
-  ordered_json report =
-      make_report(files.set, mixture,
-                  o.method == "wigner" ? "anechoic (Wigner-Ville)"
-                  : o.sisa.tied        ? "anechoic, tied delays (SISA)"
-                                       : "anechoic (SISA)",
-                  o.sisa.tied ? Delays::tied : Delays::free, held ? &*held : nullptr);
+  ordered_json report = make_report(
+      files.set, mixture, o.sisa.tied ? "anechoic, tied delays (SISA)" : "anechoic (SISA)",
+      o.sisa.tied ? Delays::tied : Delays::free, held ? &*held : nullptr);
   report["learning_seconds"] = learning_seconds;
   if (held) {
     report["held_out"] = {{"by", held->by_clip ? "clip" : "trial"},
@@ -499,11 +479,6 @@ void add_learning_options(CLI::App& verb, Options& o) {
                   "Smooth sources by cubics over N samples on either side, then fit the "
                   "weights again; 0: off")
       ->check(CLI::Range(0, 1000))
-      ->capture_default_str();
-  verb.add_option("--method", o.method,
-                  "sisa, or wigner: marginals of Wigner-Ville spectra, for free delays and any "
-                  "weights only; its plot of Q is that of sisa")
-      ->check(CLI::IsMember({"sisa", "wigner"}))
       ->capture_default_str();
   verb.add_flag("!--no-held-out", o.held_out,
                 "Do not learn again without each clip: one run less per clip");

@@ -46,13 +46,6 @@ TEST_F(RecordedSets, BaselinesAreThoseMeasuredBefore) {
   EXPECT_NEAR(q(sinusoids(a, 4)), 0.9082, 0.0001);
 }
 
-TEST_F(RecordedSets, WignerMarginalsStayBelowLeastSquares) {
-  const mocap::Trials a = set("A.csv");
-  const double q = wigner(a, {.sources = 3}).quality;
-  EXPECT_GT(q, 0.88);
-  EXPECT_LT(q, sisa(a, {.sources = 3}).quality);
-}
-
 TEST_F(RecordedSets, AxesAreTurnedToTheHouse) {
   const mocap::Trials a = set("A.csv");
   EXPECT_EQ(a.rows[0], "root.x");

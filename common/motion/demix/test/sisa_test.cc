@@ -223,21 +223,5 @@ TEST(Sisa, RefusesWhatItCannotDo) {
             "demix: fixed sources have 9 samples, expected 64 as the set");
 }
 
-TEST(Wigner, SeparatesIndependentSources) {
-  // sources of different harmonics are independent for all shifts: (3.6) holds exactly
-  Known known = known_mixture({.trials = 10, .rows = 10, .sources = 2, .seed = 13});
-  for (Index t = 0; t < 64; ++t) {
-    const double a = math::kTwoPi * static_cast<double>(t) / 64.0;
-    known.mixture.sources(0, t) = std::cos(a) + 0.5 * std::cos(2.0 * a + 1.0);
-    known.mixture.sources(1, t) = std::cos(3.0 * a) + 0.4 * std::cos(4.0 * a - 2.0);
-  }
-  known.set.samples = known.mixture.reconstruct();
-  const SisaResult found = wigner(known.set, {.sources = 2});
-  EXPECT_GT(found.quality, 0.9);
-  for (std::size_t i = 1; i < found.trace.size(); ++i) {
-    EXPECT_GE(found.trace[i], found.trace[i - 1]);
-  }
-}
-
 }  // namespace
 }  // namespace mimesis::demix

@@ -348,17 +348,6 @@ TEST_F(Demix, ReadsMarkers) {
   refuses({c3d + "Empty.c3d", "-o", out}, "Empty.c3d");
 }
 
-TEST_F(Demix, KnowsTheWignerMethodAndItsLimits) {
-  const std::string out = path("m.motion.json");
-  ASSERT_EQ(run({path("waves.csv"), "--method", "wigner", "-k", "2", "-o", out}), 0) << errors_;
-  EXPECT_NE(output_.find("anechoic (Wigner-Ville)"), std::string::npos) << output_;
-  EXPECT_FALSE(motion::load_motion_model(out).tied);
-  fs::remove(out);
-  refuses({path("waves.csv"), "--method", "wigner", "--tied", "-o", out}, "not with --tied");
-  refuses({path("waves.csv"), "--method", "wigner", "--nonnegative", "-o", out}, "--nonnegative");
-  refuses({path("waves.csv"), "--method", "wigner", "--fixed", "1", "-o", out}, "--fixed");
-}
-
 TEST_F(Demix, RefusesWhatCannotBe) {
   const std::string out = path("m.motion.json");
   refuses({path("none.bvh"), "-o", out}, "none.bvh");

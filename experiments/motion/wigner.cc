@@ -1,10 +1,11 @@
+#include "experiments/motion/wigner.h"
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "common/math/circle.h"
 #include "common/motion/demix/alternation.h"
-#include "common/motion/demix/sisa.h"
 #include "common/motion/demix/spectrum.h"
 
 namespace mimesis::demix {
@@ -56,9 +57,6 @@ class Wigner {
         best_weights = fit.weights();
       }
       result.trace.push_back(1.0 - std::sqrt((least + energy - spectrum_.squaredNorm()) / energy));
-      if (options_.progress) {
-        options_.progress(static_cast<double>(turn + 1) / static_cast<double>(options_.turns));
-      }
     }
     Mixture& m = result.mixture;
     m.sources = from_spectrum(best_sources, set_.samples.cols());
