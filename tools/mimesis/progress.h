@@ -67,8 +67,11 @@ class StatusLine {
  public:
   using Clock = std::chrono::steady_clock;
 
-  void show(const std::string& text, Clock::time_point now) {
-    if (now < next_) return;
+  static constexpr std::chrono::milliseconds kInPlace{200}, kLines{10'000};
+
+  /// False if it is not yet time.
+  bool show(const std::string& text, Clock::time_point now) {
+    if (now < next_) return false;
     next_ = now + (terminal_ ? kInPlace : kLines);
     if (!terminal_) {
       std::cerr << "mimesis: " + text + "\n" << std::flush;
@@ -76,6 +79,7 @@ class StatusLine {
       std::cerr << "\r\033[K" + text.substr(0, columns() - 1) << std::flush;
       drawn_ = true;
     }
+    return true;
   }
   void clear() {
     if (drawn_) std::cerr << "\r\033[K" << std::flush;
@@ -83,7 +87,6 @@ class StatusLine {
   }
 
  private:
-  static constexpr std::chrono::milliseconds kInPlace{200}, kLines{10'000};
   static std::size_t columns() {
     struct winsize size {};
     return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;

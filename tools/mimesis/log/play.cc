@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -31,6 +32,7 @@
 #include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 namespace {
@@ -50,7 +52,6 @@ struct PlayOptions {
   int loops = 1;                ///< 0: until stopped
   bool paused = false;          ///< at the start
   bool stay = false;            ///< at the end: paused, or a silent member of the lock-step
-  bool no_keys = false;         ///< leave the keyboard alone
   bool as_recorded = false;     ///< elided payloads are not computed again
   bool clock = false;           ///< also drive the graph's simulated clock
   bool lockstep = false;        ///< take part in a lock-step graph
@@ -59,7 +60,7 @@ struct PlayOptions {
 
 constexpr double kSlowestPlay = 1e-3, kFastestPlay = 1e3;  // bounds of the rate [1]
 
-/// Plays on the wall clock; steered by services (proto/player.proto), keys and signals. Late or
+/// Plays on the wall clock; steered by services (proto/player.proto) and signals. Late or
 /// slow subscribers do not change the played messages: the player waits for reliable ones, and
 /// recorded time stands meanwhile.
 class PacedPlayer {
@@ -85,7 +86,6 @@ class PacedPlayer {
 
   /// Plays until the end or a signal; returns the exit code.
   int run() {
-    if (!options_.no_keys) keys_.emplace();
     // No subscriber that is there already shall miss the first messages.
     for (const auto give_up = now() + kConnect;
          running() && output_.awaits_subscribers() && now() < give_up;) {
@@ -101,8 +101,7 @@ class PacedPlayer {
     } while (running() && next_pass());
     halt();
     tell_clock();  // it stands, for nodes that are still there
-    keys_.reset();
-    screen_.clear();
+    line_.clear();
     empty_backlog();
     return report();
   }
@@ -120,7 +119,7 @@ class PacedPlayer {
   static constexpr auto kStuck = 5s;  // without a message taken, a subscriber is given up
   static Wall now() { return std::chrono::steady_clock::now(); }
 
-  bool running() const { return !quit_ && !stop_signal_.requested(); }
+  bool running() const { return !stop_signal_.requested(); }
 
   bool next_pass() {
     if (options_.loops > 0 && pass_ >= options_.loops) return false;
@@ -159,9 +158,7 @@ class PacedPlayer {
       if (step_to_ && (step_to_->empty() || *step_to_ == topic)) step_to_.reset();
     } else {
       output_.send(message);
-      const Time late = now() - timeline_.due(log_time);
-      lateness_.add(late);
-      screen_.count(late);
+      lateness_.add(now() - timeline_.due(log_time));
     }
     last_topic_ = topic;
     ahead_.pop();
@@ -194,7 +191,7 @@ class PacedPlayer {
     tell_clock();
     given_up_ = !await_backlog(1ms, [&] { return behind(2); });
     if (given_up_) {
-      screen_.clear();
+      line_.clear();
       std::cerr << fmt::format("{}: a reliable subscriber takes nothing and is not waited for\n",
                                options_.name);
     }
@@ -231,24 +228,20 @@ class PacedPlayer {
 
   void wait_until(Wall until) {
     if (output_.clock()) until = std::min(until, next_clock_);
-    if (screen_.shown()) until = std::min(until, screen_.next());
-    const std::array<int, 3> fds{stop_signal_.fd(), bell_.get(), keys_ ? keys_->fd() : -1};
+    if (on_terminal_) until = std::min(until, now() + StatusLine::kInPlace);
+    const std::array<int, 2> fds{stop_signal_.fd(), bell_.get()};
     unserved_ = unserved_bytes_ = 0;
     const auto left = std::max<Wall::duration>(until - now(), 0ns);
     if (bus_.wait(std::chrono::steady_clock::now() + left, fds)) {
       eventfd_t count = 0;
       [[maybe_unused]] const auto rang = eventfd_read(bell_.get(), &count);
-      if (keys_) press_keys();
     }
     if (output_.clock() && now() >= next_clock_) tell_clock();
-    if (!screen_.shown()) return;
-    screen_.draw(now(),
-                 {.position_s = playback_.position_s(position_ns()),
-                  .end_s = playback_.position_s(playback_.end_ns()),
-                  .rate = timeline_.rate(),
-                  .paused = paused_,
-                  .holding = holding_},
-                 output_.bytes());
+    if (!on_terminal_) return;
+    line_.show(fmt::format("{:.1f} / {:.1f} s  x{:.3g}{}{}", playback_.position_s(position_ns()),
+                           playback_.position_s(playback_.end_ns()), timeline_.rate(),
+                           paused_ ? "  PAUSED" : "", holding_ ? "  waits for subscribers" : ""),
+               now());
   }
 
   /// Ends `wait_until`; from any thread.
@@ -287,7 +280,7 @@ class PacedPlayer {
                       playback_.end_ns());
   }
 
-  // Requests of services and keys. All may throw a Refusal.
+  // Requests of services. All may throw a Refusal.
 
   void pause() {
     paused_ = true;
@@ -354,36 +347,6 @@ class PacedPlayer {
     tell_clock();
   }
 
-  void press(PlayKey key) {
-    constexpr double kSeek_s = 5.0, kFaster = 1.1;
-    const double rate = timeline_.rate();
-    switch (key) {
-      case PlayKey::pause:
-        return paused_ ? resume() : pause();
-      case PlayKey::step:
-        return step("");
-      case PlayKey::forward:
-        return paused_ ? step("") : seek_by(kSeek_s);
-      case PlayKey::back:
-        return seek_by(-kSeek_s);
-      case PlayKey::faster:
-        return set_rate(std::min(rate * kFaster, kFastestPlay));
-      case PlayKey::slower:
-        return set_rate(std::max(rate / kFaster, kSlowestPlay));
-      case PlayKey::quit:
-        quit_ = true;
-    }
-  }
-
-  void press_keys() {
-    for (const PlayKey key : keys_->read()) {
-      try {
-        press(key);
-      } catch (const Refusal&) {  // at the log's end: no subscriber to tell
-      }
-    }
-  }
-
   /// `act(request)` does it; then `answer` answers.
   template <class Request, class Answer = v1::PlayerStatus>
   void serve(std::string_view name, std::function<void(const Request&)> act,
@@ -438,7 +401,7 @@ class PacedPlayer {
   /// Prints the played messages; returns the exit code.
   int report() {
     ahead_.stop();
-    const std::uint64_t missed = bus_.overflow() + (quit_ ? 0 : bus_.backlog());
+    const std::uint64_t missed = bus_.overflow() + bus_.backlog();
     const double seconds = to_seconds(going_), mb = static_cast<double>(output_.bytes()) * 1e-6;
     const double mb_s = seconds > 0.0 ? mb / seconds : 0.0;
     const double p50_s = to_seconds(lateness_.quantile(0.5)),
@@ -477,11 +440,11 @@ class PacedPlayer {
   runtime::ZmqBus bus_;
   PlayOutput output_;
   PlayTimeline timeline_;
-  std::optional<PlayKeys> keys_;
-  PlayScreen screen_;
+  StatusLine line_;
+  const bool on_terminal_ = isatty(STDERR_FILENO) == 1;
   PlayLateness lateness_;
 
-  bool paused_, quit_ = false, given_up_ = false;
+  bool paused_, given_up_ = false;
   PlayMarks marks_;
   bool holding_ = true;                 ///< time stands in any case: subscribers are not there yet
   std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
@@ -598,7 +561,6 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
           "But not more than this [MB]; default: 134")
       ->check(number_above_zero);
   play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
-  play.add_flag("--no-keys", o.no_keys, "Ignore the keyboard");
   play.add_flag("--as-recorded", o.as_recorded, "Elided payloads are not computed again");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
@@ -606,9 +568,9 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
 constexpr const char* kPlayFooter =
     "Positions are seconds from the first message of the log. Latched topics come first, with the\n"
     "last value before the start. clock/time is not played.\n"
-    "Keys: space pauses, s steps, left and right seek by 5 s (right while paused: step),\n"
-    "      up and down change the rate by 10 %, q quits.\n"
-    "Services: NAME/pause, resume, step, seek, rate, status, marks (proto/player.proto).\n"
+    "Steered by services NAME/pause, resume, step, seek, rate, status, marks "
+    "(proto/player.proto),\n"
+    "say mimesis service call player/pause; by a page: mimesis view LOG.\n"
     "Messages leave at their recorded times. Slow reliable subscribers are waited for, and "
     "recorded\n"
     "time stands meanwhile; all others get the newest.\n"

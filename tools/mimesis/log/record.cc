@@ -223,7 +223,7 @@ class Recorder {
       const auto now = steady_clock::now();
       if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
     }
-    display_.clear();
+    line_.clear();
     drain_.emplace(steady_clock::now(), now_ns());
     while (flaw_.empty() && !drain_->over(steady_clock::now())) take();
     if (flaw_.empty() && drain_->gave_up(steady_clock::now())) {
@@ -264,11 +264,11 @@ class Recorder {
     if (options_.limits.any()) keep_limits();
     if (now >= next_look_for_silence_) watch_silence(now);
     if (options_.quiet) return;
-    display_.show({.counts = recording_.counts(),
-                   .file = output_.place(),
-                   .bytes = output_.files().total(),
-                   .free_bytes = disk_space(options_.output).available},
-                  terminal_size(), now);
+    line_.show({.counts = recording_.counts(),
+                .file = output_.place(),
+                .bytes = output_.files().total(),
+                .free_bytes = disk_space(options_.output).available},
+               now);
   }
 
   void keep_limits() {
@@ -308,7 +308,7 @@ class Recorder {
   }
 
   void say(const std::string& line) {
-    display_.clear();
+    line_.clear();
     std::cerr << printable(line) << std::endl;
   }
 
@@ -367,7 +367,7 @@ class Recorder {
   SplitLog output_;
   Recording recording_;
   std::optional<Drain> drain_;
-  CountsDisplay display_{std::cerr, start_};
+  CountsLine line_{start_};
   SilenceWatch silence_;
   std::chrono::nanoseconds graph_time_{0};  ///< the latest seen
   WallTime next_look_ = start_, next_look_for_silence_ = start_;

@@ -1,17 +1,12 @@
 #pragma once
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
-#include <optional>
-#include <ostream>
-#include <sstream>
 #include <vector>
 
 #include "common/time.h"
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/log/record_file.h"
-#include "tools/mimesis/table.h"
+#include "tools/mimesis/progress.h"
 
 // A recorder watches its own end, publishers that are silent, and how the recording stands.
 namespace mimesis::tool {
@@ -90,80 +85,30 @@ struct RecordState {
   std::uint64_t free_bytes = 0;  ///< on the disk
 };
 
-struct TerminalSize {
-  std::size_t rows = 24, columns = 80;
-};
-/// Size of standard error; nothing if it is no terminal.
-inline std::optional<TerminalSize> terminal_size() {
-  struct winsize size {};
-  if (isatty(STDERR_FILENO) != 1) return std::nullopt;
-  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0) return TerminalSize{};
-  return TerminalSize{size.ws_row, size.ws_col};
-}
-
-/// Shows how a recording stands: a table refreshed in place on a terminal, else a line now and
-/// then.
-class CountsDisplay {
+/// A line that says how a recording stands, now and then.
+class CountsLine {
  public:
-  static constexpr std::chrono::seconds kTablePeriod{1}, kLinePeriod{10};
+  explicit CountsLine(WallTime start) : shown_(start) {}
 
-  CountsDisplay(std::ostream& out, WallTime start) : out_(out), shown_(start) {}
-
-  /// If it is time. `terminal`: its size, or nothing if there is none.
-  void show(const RecordState& state, const std::optional<TerminalSize>& terminal, WallTime now) {
-    if (now < shown_ + (terminal ? kTablePeriod : kLinePeriod)) return;
-    const double seconds = to_seconds(now - shown_);
-    const std::string text = terminal ? table(state, *terminal, seconds) : line(state, seconds);
-    clear();
-    out_ << text << std::flush;
-    if (terminal) lines_ = static_cast<std::size_t>(std::ranges::count(text, '\n'));
+  void show(const RecordState& state, WallTime now) {
+    const LossCount& total = state.counts.total;
+    const auto fresh = static_cast<double>(total.received - received_);
+    if (!line_.show(fmt::format("{}: {} messages ({:.0f}/s), {} lost, {}, {} free", state.file,
+                                total.received, fresh / to_seconds(now - shown_), total.lost,
+                                bytes_text(state.bytes), bytes_text(state.free_bytes)),
+                    now)) {
+      return;
+    }
     shown_ = now;
-    before_ = state.counts;
+    received_ = total.received;
   }
-  /// Takes the table away: before other lines are printed, and at the end.
-  void clear() {
-    if (lines_ > 0) out_ << fmt::format("\033[{}A\033[J", lines_) << std::flush;
-    lines_ = 0;
-  }
+  /// Takes the line away: before other lines are printed, and at the end.
+  void clear() { line_.clear(); }
 
  private:
-  std::string line(const RecordState& state, double seconds) const {
-    const LossCount& total = state.counts.total;
-    return fmt::format("{}: {} messages ({:.0f}/s), {} lost, {}, {} free\n", state.file,
-                       total.received,
-                       static_cast<double>(total.received - before_.total.received) / seconds,
-                       total.lost, bytes_text(state.bytes), bytes_text(state.free_bytes));
-  }
-  std::string table(const RecordState& state, const TerminalSize& size, double seconds) const {
-    constexpr std::size_t kOtherLines = 4;  // heading, topics left out, total, cursor
-    const std::size_t rows = size.rows > kOtherLines ? size.rows - kOtherLines : 0;
-    Table cells({"TOPIC", "NODE", "RECEIVED", "LOST", "HZ"});
-    std::size_t shown = 0;
-    for (const auto& [key, count] : state.counts.topics) {
-      if (shown++ == rows) break;
-      const auto before = before_.topics.find(key);
-      const std::uint64_t fresh =
-          count.received - (before == before_.topics.end() ? 0 : before->second.received);
-      cells.row({key.first, key.second, std::to_string(count.received), std::to_string(count.lost),
-                 fmt::format("{:.1f}", static_cast<double>(fresh) / seconds)});
-    }
-    std::ostringstream text;
-    cells.print(text, false);
-    if (const std::size_t topics = state.counts.topics.size(); topics > rows) {
-      text << fmt::format("and {} more topics\n", topics - rows);
-    }
-    text << line(state, seconds);
-    // A line that the terminal breaks would be two when it is taken away.
-    std::string cut;
-    std::istringstream lines(text.str());
-    for (std::string l; std::getline(lines, l);) cut += l.substr(0, size.columns - 1) + '\n';
-    return cut;
-  }
-
-  std::ostream& out_;
+  StatusLine line_;
   WallTime shown_;
-  std::size_t lines_ = 0;  ///< lines of the table on the screen
-  Counts before_;          ///< when last shown
+  std::uint64_t received_ = 0;  ///< when last shown
 };
 
 }  // namespace mimesis::tool

@@ -269,6 +269,23 @@ TEST_F(GraphVerbs, KeysOfTopChooseANodeMakeItLogMoreAndStopIt) {
       << level.err;
 }
 
+TEST_F(GraphVerbs, TheTerminalIsRestoredHoweverTopEnds) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGABRT}) {
+    testing::OnTerminal top({MIMESIS_BIN_DIR "/mimesis", "top", "--graph", graph_.name()});
+    EXPECT_TRUE(top.shows("l: log level"));
+    EXPECT_FALSE(top.cooked());
+    if (signal == SIGINT) {
+      top.signal(SIGTSTP);
+      ASSERT_TRUE(top.stopped());
+      EXPECT_TRUE(top.cooked()) << "a suspended one leaves it to others";
+      top.signal(SIGCONT);
+    }
+    top.signal(signal);
+    top.wait();
+    EXPECT_TRUE(top.cooked()) << signal;
+  }
+}
+
 TEST_F(GraphVerbs, DoctorSaysWhatToDo) {
   Process doctor("mimesis", {"doctor", "--json"});
   EXPECT_EQ(doctor.wait(), 0) << doctor.errors();

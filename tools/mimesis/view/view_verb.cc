@@ -39,10 +39,9 @@ std::string new_key() {
 class Player {
  public:
   explicit Player(const Options& options) : graph_("view-" + std::to_string(getpid())) {
-    launch::Command command{
-        {launch::find_executable("mimesis"), "log", "play", "--stay", "--all-topics", "--no-keys",
-         "--paused", "--rate", fmt::format("{}", options.rate)},
-        {{"MIMESIS_GRAPH", graph_}}};
+    launch::Command command{{launch::find_executable("mimesis"), "log", "play", "--stay",
+                             "--all-topics", "--paused", "--rate", fmt::format("{}", options.rate)},
+                            {{"MIMESIS_GRAPH", graph_}}};
     if (!options.images) command.argv.push_back("--as-recorded");
     command.argv.insert(command.argv.end(), options.film.logs.begin(), options.film.logs.end());
     process_.emplace(command);

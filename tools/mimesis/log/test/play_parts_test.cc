@@ -63,30 +63,6 @@ TEST(PlayLateness, SmallOnesAreExactAndExtremesAreCounted) {
   EXPECT_EQ(late.count(), 3U);
 }
 
-TEST(PlayKeys, WhatATerminalSends) {
-  const auto keys = [](std::string typed, const std::string& rest = "") {
-    const auto found = take_keys(typed);
-    EXPECT_EQ(typed, rest);
-    return found;
-  };
-  using enum PlayKey;
-  EXPECT_EQ(keys(" sq"), (std::vector{pause, step, quit}));
-  EXPECT_EQ(keys("\x1b[A\x1b[B\x1b[C\x1b[D"), (std::vector{faster, slower, forward, back}));
-  EXPECT_EQ(keys("\x1bOC"), (std::vector{forward}));  // application mode
-  EXPECT_EQ(keys("x\x1b[15~\x1b[1;5Cs"), (std::vector{step}));
-  EXPECT_EQ(keys("s\x1b[1;", "\x1b[1;"), (std::vector{step}));
-  EXPECT_EQ(keys("\x1b", "\x1b"), std::vector<PlayKey>());
-  EXPECT_EQ(keys("\x1bq"), (std::vector{quit}));
-}
-
-TEST(PlayScreen, OneLine) {
-  EXPECT_EQ(
-      play_line({.position_s = 15.0, .end_s = 60.0, .rate = 0.5, .mb_s = 203.14, .late = 80us}),
-      "15.0 / 60.0 s  [#####               ]  x0.5  203.1 MB/s  late 0.08 ms");
-  EXPECT_EQ(play_line({.position_s = 60.0, .end_s = 60.0, .paused = true}),
-            "60.0 / 60.0 s  [####################]  x1  0.0 MB/s  late 0.00 ms  PAUSED");
-}
-
 /// A log of `count` messages of `size` bytes, 1 ms apart, that say their number.
 std::string make_log(std::uint32_t count, std::size_t size) {
   std::string bytes;

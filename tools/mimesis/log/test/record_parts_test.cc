@@ -1,4 +1,4 @@
-// Small parts of the recorder: sizes, limits, end, counts shown, silence, provenance.
+// Small parts of the recorder: sizes, limits, end, silence, provenance.
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -114,41 +114,6 @@ Counts counts(std::uint64_t n) {
     c.add(m);
   }
   return c;
-}
-
-TEST(CountsDisplay, ALineEveryTenSecondsWithoutATerminal) {
-  std::ostringstream out;
-  CountsDisplay display(out, kStart);
-  const Counts c = counts(100);
-  const RecordState state{c, "run.mcap", 5'000'000, 70'000'000'000};
-  display.show(state, std::nullopt, kStart + 9s);
-  EXPECT_EQ(out.str(), "");
-  display.show(state, std::nullopt, kStart + 10s);
-  display.show(state, std::nullopt, kStart + 19s);
-  EXPECT_EQ(out.str(), "run.mcap: 200 messages (20/s), 3 lost, 5.0 MB, 70.0 GB free\n");
-}
-
-TEST(CountsDisplay, ATableRefreshedInPlaceOnATerminal) {
-  std::ostringstream out;
-  CountsDisplay display(out, kStart);
-  const Counts before = counts(10), after = counts(30);
-  display.show({before, "run.mcap"}, TerminalSize{24, 80}, kStart + 1s);
-  out.str("");
-  display.show({after, "run.mcap", 1000, 2000}, TerminalSize{24, 80}, kStart + 3s);
-  EXPECT_EQ(out.str(),
-            "\033[4A\033[J"
-            "TOPIC  NODE  RECEIVED  LOST  HZ\n"
-            "a/out  a     30        0     10.0\n"
-            "b/out  b     30        3     10.0\n"
-            "run.mcap: 60 messages (20/s), 3 lost, 1.0 kB, 2.0 kB free\n");
-  out.str("");
-  display.show({after, "run.mcap", 1000, 2000}, TerminalSize{5, 20}, kStart + 4s);
-  EXPECT_EQ(out.str(),
-            "\033[4A\033[J"
-            "TOPIC  NODE  RECEIV\n"
-            "a/out  a     30    \n"
-            "and 1 more topics\n"
-            "run.mcap: 60 messag\n");
 }
 
 TEST(SilenceWatch, TellsOnceAfterTwoSecondsOfThePublishersTime) {
