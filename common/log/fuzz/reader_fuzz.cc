@@ -1,6 +1,6 @@
 // Any bytes as a log: all readers must survive them, within bounds.
-//   cmake --preset fuzz && ninja -C build-fuzz log_fuzz log_fuzz_seeds
-//   build-fuzz/bin/log_fuzz_seeds CORPUS && build-fuzz/bin/log_fuzz -rss_limit_mb=512 CORPUS
+//   cmake --preset fuzz && ninja -C build-fuzz log_fuzz
+//   cp -r tests/replay/logs CORPUS && build-fuzz/bin/log_fuzz -rss_limit_mb=512 CORPUS
 #include <cstdint>
 
 #include "common/error.h"

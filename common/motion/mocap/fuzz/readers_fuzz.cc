@@ -1,7 +1,8 @@
 // Any bytes as a motion file: the four readers must survive them, within bounds. The first byte
 // chooses the reader; an AMC comes behind its ASF and a zero byte.
-//   cmake --preset fuzz && ninja -C build-fuzz mocap_fuzz mocap_fuzz_seeds
-//   build-fuzz/bin/mocap_fuzz_seeds CORPUS && build-fuzz/bin/mocap_fuzz -rss_limit_mb=512 CORPUS
+//   cmake --preset fuzz && ninja -C build-fuzz mocap_fuzz
+//   mkdir CORPUS && (printf '\0'; cat WALK.bvh) >CORPUS/bvh     (\1: ASF and AMC, \2: C3D)
+//   build-fuzz/bin/mocap_fuzz -rss_limit_mb=512 CORPUS
 #include <algorithm>
 #include <cstdint>
 

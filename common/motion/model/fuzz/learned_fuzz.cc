@@ -1,7 +1,8 @@
 // Any bytes as a CSV of trials or as a motion model: both readers must survive them, and accepted
 // data must be consistent. The first byte chooses the reader.
-//   cmake --preset fuzz && ninja -C build-fuzz model_fuzz model_fuzz_seeds
-//   build-fuzz/bin/model_fuzz_seeds CORPUS && build-fuzz/bin/model_fuzz -rss_limit_mb=512 CORPUS
+//   cmake --preset fuzz && ninja -C build-fuzz model_fuzz
+//   mkdir CORPUS && (printf '\1'; cat models/walk.motion.json) >CORPUS/model     (\0: CSV)
+//   build-fuzz/bin/model_fuzz -rss_limit_mb=512 CORPUS
 #include <algorithm>
 #include <cstdint>
 
