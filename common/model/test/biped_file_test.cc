@@ -8,6 +8,7 @@
 #include "common/model/test/model_texts.h"
 #include "common/robot/kinematics.h"
 #include "common/shared_data.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::model {
 namespace {
@@ -26,12 +27,7 @@ std::string refusal(const std::string& from, const std::string& to,
   for (const std::string name : {"biped.urdf", "biped.yaml"})
     std::filesystem::copy(kModels + name, folder);
   std::ofstream(folder + "/" + file) << text;
-  std::string what;
-  try {
-    (void)load_biped(folder + "/biped.yaml");
-  } catch (const ConfigError& e) {
-    what = e.what();
-  }
+  const std::string what = testing::refusal([&] { (void)load_biped(folder + "/biped.yaml"); });
   std::filesystem::remove_all(folder);
   return what;
 }

@@ -11,6 +11,7 @@
 #include "common/error.h"
 #include "common/model/test/model_texts.h"
 #include "common/shared_data.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::model {
 namespace {
@@ -37,12 +38,7 @@ class EditedCopy {
 
 template <class Load>
 std::string message_of(const Load& load) {
-  try {
-    load();
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "no error";
+  return testing::refusal([&] { load(); }, "no error");
 }
 
 void expect_arm_of_the_set(const std::string& arm_file, const std::string& name) {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::model {
 namespace {
@@ -163,13 +164,8 @@ TEST(CameraOnTable, IsChosenByNameAndMustKnowTheTable) {
   image::Rig r = rig();
   EXPECT_EQ(camera_on_table(r, "f", "").eye(), r.cameras[0].camera.eye());
   EXPECT_EQ(camera_on_table(r, "f", "right").eye(), r.cameras[1].camera.eye());
-  try {
-    camera_on_table(r, "f.yaml", "rihgt");
-    FAIL();
-  } catch (const ConfigError& e) {
-    EXPECT_STREQ(e.what(),
-                 "f.yaml: no camera 'rihgt', did you mean 'right'?; there are: left, right");
-  }
+  const std::string refused = testing::refusal([&] { camera_on_table(r, "f.yaml", "rihgt"); });
+  EXPECT_EQ(refused, "f.yaml: no camera 'rihgt', did you mean 'right'?; there are: left, right");
   r.frame = image::Rig::Frame::camera;
   EXPECT_THROW(camera_on_table(r, "f", ""), ConfigError);
 }

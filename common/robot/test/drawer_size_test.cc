@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/robot/test/test_bipeds.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::robot {
 namespace {
@@ -63,12 +64,7 @@ TEST(DrawerSize, LongerArmsWantItLowerAndFartherAway) {
 }
 
 std::string refusal(const Biped& biped) {
-  try {
-    (void)drawer_size(biped);
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "";
+  return testing::refusal([&] { (void)drawer_size(biped); });
 }
 
 TEST(DrawerSize, SaysWhichRobotsHaveNone) {

@@ -9,6 +9,7 @@
 #include "common/robot/kinematics.h"
 #include "common/robot/test/test_bipeds.h"
 #include "common/testing/no_malloc.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::robot {
 namespace {
@@ -157,13 +158,10 @@ TEST(LegIk, NeverGivesMoreThanTheLimitsOrNoNumber) {
 
 TEST(LegIk, RefusesOtherLegs) {
   const auto refusal = [](const char* joint, const Vector3d& axis, const Vector3d& shift) {
-    try {
+    return testing::refusal([&] {
       const Biped biped = odd_biped(joint, axis, shift);
       const LegIk ik(biped, kLeft);
-    } catch (const ConfigError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    });
   };
   EXPECT_EQ(refusal("left_2", Vector3d::UnitZ(), Vector3d::Zero()), "");
   EXPECT_NE(refusal("left_2", Vector3d::UnitX(), Vector3d::Zero()).find("hip"), std::string::npos);

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/robot/test/small_robot.h"
 #include "common/robot/test/test_bipeds.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::robot {
 namespace {
@@ -48,12 +49,7 @@ TEST(RobotTree, ReadsLinksJointsAndMasses) {
 }
 
 std::string refusal_of_urdf(const std::string& urdf) {
-  try {
-    read_urdf(write_urdf(urdf));
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "";
+  return testing::refusal([&] { read_urdf(write_urdf(urdf)); });
 }
 
 TEST(RobotTree, RefusesWhatIsNoRobotInOneLineThatNamesIt) {

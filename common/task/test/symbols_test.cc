@@ -3,17 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "common/model/task_message.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::task {
 namespace {
 
 std::string refusal(std::string_view text) {
-  try {
-    parse_demonstration(text, "teacher");
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "none";
+  return testing::refusal([&] { parse_demonstration(text, "teacher"); }, "none");
 }
 
 TEST(Demonstration, IsReadFromItsWords) {

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 #include "experiments/motion/gaussian_process.h"
 
 namespace mimesis::synthesizer {
@@ -112,12 +113,9 @@ TEST(MotionMap, GivesParametersOfTheTask) {
 
 TEST(MotionMap, ConfigurationErrors) {
   motion::MotionModel model = walks();
-  try {
-    const MotionMap map(model, {TaskInput::task("height")}, LocalRegressionOptions{});
-    FAIL();
-  } catch (const ConfigError& e) {
-    EXPECT_STREQ(e.what(), "map: model 'walks' has no task parameter 'height'");
-  }
+  const std::string refused = mimesis::testing::refusal(
+      [&] { const MotionMap map(model, {TaskInput::task("height")}, LocalRegressionOptions{}); });
+  EXPECT_EQ(refused, "map: model 'walks' has no task parameter 'height'");
   EXPECT_THROW(MotionMap(model, {}, LocalRegressionOptions{}), ConfigError);
   model.tied = false;
   EXPECT_THROW(MotionMap(model, {TaskInput::duration()}, LocalRegressionOptions{}), ConfigError);

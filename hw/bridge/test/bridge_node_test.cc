@@ -9,6 +9,7 @@
 
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
+#include "common/testing/refusal.h"
 #include "hw/sim/cia402/rack.h"
 #include "hw/sim/hand/hand.h"
 #include "hw/sim/powercube/module.h"
@@ -410,25 +411,16 @@ TEST(ActuatorsOfAnotherKind, MayBePowerCubeModules) {
 TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
   testing::Loopback graph;
   const std::string robot = robot_with(graph, "drives", "nobody");
-  try {
-    BridgeNode node({.robot = robot}, graph);
-    FAIL() << "accepted";
-  } catch (const ConfigError& e) {
-    EXPECT_NE(std::string(e.what()).find("drives: 'nobody' is not known, expected one of cia402,"),
-              std::string::npos)
-        << e.what();
-  }
+  const std::string refused = testing::refusal([&] { BridgeNode node({.robot = robot}, graph); });
+  EXPECT_NE(refused.find("drives: 'nobody' is not known, expected one of cia402,"),
+            std::string::npos)
+      << refused;
 }
 
 TEST_F(Node, BadConfigurationIsRefused) {
   const auto refusal = [&](const BridgeParams& wrong) -> std::string {
     testing::Loopback other;
-    try {
-      BridgeNode refused(wrong, other);
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return "accepted";
+    return testing::refusal([&] { BridgeNode refused(wrong, other); }, "accepted");
   };
   EXPECT_NE(refusal({.robot = "nobody.yaml"}).find("nobody.yaml"), std::string::npos);
   EXPECT_EQ(refusal({.can = "can0"}),

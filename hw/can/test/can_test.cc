@@ -15,6 +15,7 @@
 
 #include "common/error.h"
 #include "common/testing/loopback.h"
+#include "common/testing/refusal.h"
 #include "hw/can/testing/memory_wire.h"
 
 namespace mimesis::hw::can {
@@ -247,12 +248,7 @@ TEST(Trouble, IsWhatKeepsTheControllerFromTheBus) {
 }
 
 std::string refusal(const std::string& address) {
-  try {
-    open(address, "/tmp");
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return testing::refusal([&] { open(address, "/tmp"); }, "accepted");
 }
 
 TEST(Open, SaysWhatIsWrongInOneLine) {

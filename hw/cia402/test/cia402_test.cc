@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 #include "hw/cia402/axis.h"
 
 namespace mimesis::hw::cia402 {
@@ -102,12 +103,7 @@ TEST(Axis, ConvertsWithSignAndSaturates) {
 }
 
 std::string refusal(std::vector<Axis> axes, int joints) {
-  try {
-    complete(std::move(axes), joints);
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return testing::refusal([&] { complete(std::move(axes), joints); }, "accepted");
 }
 
 TEST(Axis, TableIsChecked) {

@@ -7,18 +7,14 @@
 #include <fstream>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::hw {
 namespace {
 
 template <class F>
 std::string refusal(F f) {
-  try {
-    f();
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "accepted";
+  return testing::refusal([&] { f(); }, "accepted");
 }
 
 TEST(Joints, OfAnArm) {

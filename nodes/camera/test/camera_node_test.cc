@@ -8,6 +8,7 @@
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "common/testing/loopback.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::camera {
 namespace {
@@ -67,12 +68,7 @@ TEST(CameraNode, TellsItsImagesPackedOnRequest) {
 TEST(CameraNode, RefusesBadParametersWithTheirKey) {
   const auto why = [](const CameraParams& params) -> std::string {
     testing::Loopback bus;
-    try {
-      CameraNode node(params, bus);
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return {};
+    return testing::refusal([&] { CameraNode node(params, bus); });
   };
   CameraParams p;
   p.teacher = "precision,over,high";

@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
+#include "common/testing/refusal.h"
 #include "nodes/camera/camera_node.h"
 #include "nodes/camera/recorded_device.h"
 
@@ -123,12 +124,7 @@ TEST(CameraNode, ALiveCameraWithoutRecordedFramesCannotBeReplayed) {
   CameraParams params;
   params.source = "v4l2";
   params.path = "/dev/video9";
-  std::string why;
-  try {
-    CameraNode node(params, graph);
-  } catch (const ConfigError& e) {
-    why = e.what();
-  }
+  const std::string why = testing::refusal([&] { CameraNode node(params, graph); });
   EXPECT_EQ(why,
             "source: v4l2 is a live camera, a source of the graph: it can be replayed only if "
             "record_frames was true when the log was recorded");

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "common/image/image_file.h"
+#include "common/testing/refusal.h"
 #include "nodes/camera/source/capture.h"
 
 namespace mimesis::camera {
@@ -44,12 +45,7 @@ class Files : public ::testing::Test {
 
 template <class Action>
 std::string complaint(Action&& action) {
-  try {
-    action();
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return {};
+  return testing::refusal([&] { action(); });
 }
 
 TEST_F(Files, AFolderIsShownInTheOrderOfNamesAtTheRate) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/math/circle.h"
+#include "common/testing/refusal.h"
 #include "nodes/crowd/test/alone.h"
 
 namespace mimesis::crowd {
@@ -113,12 +114,8 @@ TEST(CrowdNode, RefusesRegionsThatDoNotFit) {
   EXPECT_THROW(CrowdNode(params, bus), ConfigError);
   params = file.params();
   params.set = {"groups.0.rules.phase.gain_1_s=-1"};
-  try {
-    CrowdNode node(params, bus);
-    FAIL();
-  } catch (const ConfigError& e) {
-    EXPECT_NE(std::string(e.what()).find("phase.gain_1_s"), std::string::npos) << e.what();
-  }
+  const std::string refused = mimesis::testing::refusal([&] { CrowdNode node(params, bus); });
+  EXPECT_NE(refused.find("phase.gain_1_s"), std::string::npos) << refused;
 }
 
 }  // namespace

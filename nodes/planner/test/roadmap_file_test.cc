@@ -11,6 +11,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::planner {
 namespace {
@@ -29,12 +30,7 @@ struct Stored {
     return {std::istreambuf_iterator<char>(in), {}};
   }
   std::string fault(const kin::ArmModel& of) const {
-    try {
-      load_roadmap(file, of);
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return {};
+    return testing::refusal([&] { load_roadmap(file, of); });
   }
   std::string fault() const { return fault(arm); }
 };

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
+#include "common/testing/refusal.h"
 #include "nodes/synthesizer/robot/robot_trials.h"
 #include "nodes/synthesizer/synthesizer_node.h"
 #include "nodes/synthesizer/test/model_file.h"
@@ -110,12 +111,9 @@ TEST_F(DrawerFiles, SayWhatIsWrong) {
   const auto refusal = [](const std::function<void(Sets&)>& harm) -> std::string {
     Sets sets = split_actions(four_trials());
     harm(sets);
-    try {
-      join_actions(std::move(sets), drawer_rows(), mocap::standard_body(), "d");
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return "taken";
+    return mimesis::testing::refusal(
+        [&] { join_actions(std::move(sets), drawer_rows(), mocap::standard_body(), "d"); },
+        "taken");
   };
   EXPECT_EQ(refusal([](Sets&) {}), "taken");
   EXPECT_EQ(refusal([](Sets& s) { s[1].rows[3] = "knee"; }),

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/math/circle.h"
 #include "common/testing/loopback.h"
+#include "common/testing/refusal.h"
 #include "nodes/synthesizer/test/model_file.h"
 
 namespace mimesis::synthesizer {
@@ -396,12 +397,7 @@ TEST(SynthesizerNode, RefusesToStart) {
     SynthesizerParams p = params();
     change(p);
     mimesis::testing::Loopback bus;
-    try {
-      SynthesizerNode node(p, bus);
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return {};
+    return mimesis::testing::refusal([&] { SynthesizerNode node(p, bus); });
   };
   EXPECT_EQ(why([](SynthesizerParams& p) { p.character.style = "happy"; }),
             "style: 'happy' is none of the model's: walk, slow, brisk");

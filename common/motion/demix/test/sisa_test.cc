@@ -10,6 +10,7 @@
 #include "common/math/circle.h"
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/test/known_mixture.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::demix {
 namespace {
@@ -197,12 +198,7 @@ TEST(Sisa, AnotherSeedMayEndInAnotherMinimumAndIsAsRepeatable) {
 }
 
 std::string refusal(const mocap::Trials& set, const SisaOptions& options) {
-  try {
-    sisa(set, options);
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "taken";
+  return testing::refusal([&] { sisa(set, options); }, "taken");
 }
 
 TEST(Sisa, RefusesWhatItCannotDo) {

@@ -10,6 +10,7 @@
 #include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/test/shared_folder.h"
 #include "common/motion/mocap/test/walker.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -152,12 +153,7 @@ TEST(BodyFromMarkers, FillsGapsAndTakesTheLongestCompleteRun) {
 
 TEST(BodyFromMarkers, RefusesWithTheLabels) {
   auto refusal = [](const Markers& m) -> std::string {
-    try {
-      body_from_markers(m);
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return testing::refusal([&] { body_from_markers(m); }, "accepted");
   };
   const Markers whole = markers_on(lively_walker());
   Markers m = whole;

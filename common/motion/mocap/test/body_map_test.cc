@@ -7,6 +7,7 @@
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/test/shared_folder.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -32,12 +33,7 @@ Clip bare_clip(const BodyMap& map) {
 }
 
 std::string refusal(const Clip& clip) {
-  try {
-    to_body(clip);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return testing::refusal([&] { to_body(clip); }, "accepted");
 }
 
 TEST(BodyMap, TakesSegmentsAndAnglesOver) {

@@ -5,18 +5,14 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "common/motion/mocap/body.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::mocap {
 
 /// Message with which a call refuses its input, "" if it accepts it.
 template <typename Call>
 std::string message_of(const Call& call) {
-  try {
-    call();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
+  return testing::refusal([&] { call(); });
 }
 
 inline constexpr double kDeg = std::numbers::pi / 180.0;

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::motion {
 namespace {
@@ -141,12 +142,7 @@ TEST_F(MotionModelFile, TellsWhatDoesNotFit) {
 
 TEST(MotionModelText, MayHoldAnyBytes) {
   const auto says = [](const std::string& text) -> std::string {
-    try {
-      parse_motion_model(text, "m");
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return "taken";
+    return testing::refusal([&] { parse_motion_model(text, "m"); }, "taken");
   };
   EXPECT_EQ(says("{\"format\": 1e999}"),
             "m: a number is too large, expected a motion model (*.motion.json)");

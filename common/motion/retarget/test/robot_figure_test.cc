@@ -7,6 +7,7 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/shared_data.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::retarget {
 namespace {
@@ -61,12 +62,7 @@ TEST(FigureOf, JvrcsPartsComeFromItsDescription) {
 }
 
 std::string refusal(const robot::Biped& biped) {
-  try {
-    (void)figure_of(biped);
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "";
+  return testing::refusal([&] { (void)figure_of(biped); });
 }
 
 TEST(FigureOf, SaysWhatIsMissing) {

@@ -1,6 +1,7 @@
 // Tests of the simulated body: its trouble, ground and outcome.
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/testing/refusal.h"
 #include "hw/bridge/test/body/robot.h"
 
 namespace mimesis::hw::sim {
@@ -276,12 +277,7 @@ TEST_F(Robot, TimeIsUp) {
 TEST(SimBody, RefusesBadConfigurationInOneLine) {
   const auto refusal = [](const SimBodyParams& params) -> std::string {
     testing::Loopback graph;
-    try {
-      SimBodyNode node(params, graph);
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return "accepted";
+    return testing::refusal([&] { SimBodyNode node(params, graph); }, "accepted");
   };
   EXPECT_EQ(refusal({.buses = {{"embedded:a", 29}}}), "buses: carry 29 joints, the robot has 30");
   EXPECT_NE(refusal({.faults = {{.joint = "tail"}}}).find("'tail'"), std::string::npos);

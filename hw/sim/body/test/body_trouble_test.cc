@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 #include "hw/sim/body/body_world.h"
 #include "hw/sim/body/test/bodies.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-class BodyTroubleTest : public testing::TestWithParam<Plant> {
+class BodyTroubleTest : public ::testing::TestWithParam<Plant> {
  protected:
   void step(BodyWorld& world, int ticks) {
     for (int i = 0; i < ticks; ++i) {
@@ -29,7 +30,7 @@ class BodyTroubleTest : public testing::TestWithParam<Plant> {
   Eigen::VectorXd target_ = robot_.biped.half_sitting;
   const BodyOptions plant_{.plant = GetParam()};
 };
-INSTANTIATE_TEST_SUITE_P(Plants, BodyTroubleTest, testing::Values(Plant::springs, Plant::servo));
+INSTANTIATE_TEST_SUITE_P(Plants, BodyTroubleTest, ::testing::Values(Plant::springs, Plant::servo));
 
 TEST_P(BodyTroubleTest, JointsFollowTheirTargets) {
   BodyWorld world(robot_.biped, robot_.urdf, plant_);
@@ -163,12 +164,7 @@ TEST(BodyTrouble, NonsenseIsRefusedWithAReason) {
 }
 
 std::string refusal(const TestRobot& robot, const std::string& urdf, const BodyOptions& options) {
-  try {
-    BodyWorld world(robot.biped, urdf, options);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
+  return testing::refusal([&] { BodyWorld world(robot.biped, urdf, options); });
 }
 
 TEST(BodyTrouble, PlatesWithoutSizeAreRefused) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -101,12 +102,8 @@ TEST(CouplingGraph, ConnectedMeansAWayBetweenAllPairs) {
 
 TEST(CouplingGraph, RefusesWhatIsNoGraph) {
   const auto refused = [](int n, std::initializer_list<Edge> edges) {
-    try {
-      (void)CouplingGraph::weighted(n, std::vector<Edge>(edges));
-    } catch (const ConfigError& e) {
-      return std::string(e.what());
-    }
-    return std::string();
+    return mimesis::testing::refusal(
+        [&] { (void)CouplingGraph::weighted(n, std::vector<Edge>(edges)); });
   };
   EXPECT_NE(refused(3, {{0, 3}}).find("nodes are 0 to 2"), std::string::npos);
   EXPECT_NE(refused(3, {{-1, 1}}).find("nodes are 0 to 2"), std::string::npos);

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/image/image_file.h"
 #include "common/testing/process.h"
+#include "common/testing/refusal.h"
 #include "nodes/vision/files/colors_file.h"
 
 namespace mimesis::tool {
@@ -60,12 +61,7 @@ class Teach : public ::testing::Test {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     std::ofstream(folder_ / "edited.yaml") << text.replace(at, from.size(), to);
-    try {
-      vision::load_colors(folder_ / "edited.yaml");
-    } catch (const ConfigError& e) {
-      return e.what();
-    }
-    return {};
+    return testing::refusal([&] { vision::load_colors(folder_ / "edited.yaml"); });
   }
 
   fs::path folder_;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 #include "nodes/walker/tasks/limits.h"
 #include "nodes/walker/tasks/task_rows.h"
 #include "nodes/walker/tasks/test/reference.h"
@@ -14,12 +15,7 @@ class TaskList : public ::testing::Test {
   std::string said(Change change) {
     StackSettings settings = walking_stack(biped_);
     change(settings);
-    try {
-      Stack stack(biped_, settings);
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "";
+    return mimesis::testing::refusal([&] { Stack stack(biped_, settings); });
   }
   robot::Biped biped_ = model::load_biped("biped.yaml");
 };

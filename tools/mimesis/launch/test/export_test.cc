@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/testing/process.h"
+#include "common/testing/refusal.h"
 #include "tools/mimesis/launch/test/graph_text.h"
 
 namespace mimesis::launch {
@@ -145,12 +146,7 @@ TEST(Export, ASecondOneIsTheSameAndTakesStaleUnitsAway) {
 }
 
 std::string refusal(const std::string& text, const std::string& host = "") {
-  try {
-    units_of(text, host);
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "";
+  return testing::refusal([&] { units_of(text, host); });
 }
 
 TEST(Export, RefusesWhatNeedsTheLauncher) {

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 #include "proto/bridge.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/steps.pb.h"
@@ -123,12 +124,7 @@ TEST(LogDiff, MistakesInOptionsNameWhatIsThere) {
     LogBuilder a, b;
     a.add("x/arm", 10, stamped_arm(1.0));
     b.add("x/arm", 10, stamped_arm(1.0));
-    try {
-      diff(a, b, options);
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "";
+    return testing::refusal([&] { diff(a, b, options); });
   };
   EXPECT_EQ(why({.ignore = {"x/arn.header"}}),
             "no topic 'x/arn' in the log, did you mean 'x/arm'?");

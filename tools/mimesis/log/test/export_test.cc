@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/image/image_file.h"
+#include "common/testing/refusal.h"
 #include "proto/bridge.pb.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
@@ -86,12 +87,8 @@ TEST_F(ExportTest, MistakesAreToldBeforeAnythingIsWritten) {
   std::vector<OpenLog> logs;
   logs.push_back(log_.open());
   const auto why = [&](std::vector<std::string> fields) -> std::string {
-    try {
-      export_csv(logs, {.csv = std::move(fields), .output = folder_.file("never.csv")});
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "";
+    return testing::refusal(
+        [&] { export_csv(logs, {.csv = std::move(fields), .output = folder_.file("never.csv")}); });
   };
   EXPECT_EQ(why({"x.position_rd"}),
             "x: mimesis.v1.JointState has no field 'position_rd', did you mean 'position_rad'?");

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/error.h"
+#include "common/testing/refusal.h"
 #include "proto/bridge.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/steps.pb.h"
@@ -24,12 +25,7 @@ std::vector<std::string> values(const google::protobuf::Message& m, const std::s
 using Values = std::vector<std::string>;
 
 std::string mistake(const google::protobuf::Message& m, const std::string& path) {
-  try {
-    values(m, path);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "";
+  return testing::refusal([&] { values(m, path); });
 }
 
 TEST(FieldColumns, ElementsNestedFieldsAndWholeMessages) {

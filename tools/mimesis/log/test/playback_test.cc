@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "common/log/writer.h"
+#include "common/testing/refusal.h"
 
 namespace mimesis::tool {
 namespace {
@@ -72,12 +73,7 @@ std::string from(Playback& playback, double at_s) {
 }
 
 std::string problem(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-  return "";
+  return testing::refusal([&] { action(); });
 }
 
 TEST(Playback, GoesByLogTimeThenByFile) {
