@@ -5,19 +5,14 @@
 #include <fstream>
 
 #include "common/image/image_file.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::image {
 namespace {
 
 class ImageFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "mimesis-image-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 Image gradient() {

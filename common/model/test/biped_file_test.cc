@@ -9,6 +9,7 @@
 #include "common/robot/kinematics.h"
 #include "common/shared_data.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::model {
 namespace {
@@ -22,14 +23,11 @@ std::string refusal(const std::string& from, const std::string& to,
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   text.replace(at, from.size(), to);
-  std::string folder = (std::filesystem::temp_directory_path() / "mimesis-biped-XXXXXX").string();
-  EXPECT_NE(mkdtemp(folder.data()), nullptr);
+  const testing::TemporaryFolder folder;
   for (const std::string name : {"biped.urdf", "biped.yaml"})
-    std::filesystem::copy(kModels + name, folder);
-  std::ofstream(folder + "/" + file) << text;
-  const std::string what = testing::refusal([&] { (void)load_biped(folder + "/biped.yaml"); });
-  std::filesystem::remove_all(folder);
-  return what;
+    std::filesystem::copy(kModels + name, folder.path());
+  std::ofstream(folder / file) << text;
+  return testing::refusal([&] { (void)load_biped(folder / "biped.yaml"); });
 }
 
 TEST(BipedFile, BipedStandsAsPublished) {

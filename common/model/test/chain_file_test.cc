@@ -12,6 +12,7 @@
 #include "common/model/files.h"
 #include "common/robot/kinematics.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::model {
 namespace {
@@ -21,11 +22,6 @@ using Eigen::Vector3d;
 
 class Chain : public ::testing::Test {
  protected:
-  Chain() : folder_(fs::temp_directory_path() / ("mimesis-chain-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~Chain() override { fs::remove_all(folder_); }
-
   double unit() { return std::uniform_real_distribution(-1.0, 1.0)(random_); }
   /// Often on the grid, so that axes are parallel, meet or are the same.
   double coordinate(double step) {
@@ -65,7 +61,7 @@ class Chain : public ::testing::Test {
     return folder_ / "arm.yaml";
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
   std::mt19937_64 random_{77};
 };
 

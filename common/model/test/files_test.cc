@@ -12,6 +12,7 @@
 #include "common/model/test/model_texts.h"
 #include "common/shared_data.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::model {
 namespace {
@@ -24,16 +25,12 @@ class EditedCopy {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     text.replace(at, from.size(), to);
-    std::string folder = (std::filesystem::temp_directory_path() / "mimesis-model-XXXXXX").string();
-    EXPECT_NE(mkdtemp(folder.data()), nullptr);
-    folder_ = folder;
     std::ofstream(file()) << text;
   }
-  ~EditedCopy() { std::filesystem::remove_all(folder_); }
   std::string file() const { return folder_ / "edited.yaml"; }
 
  private:
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 template <class Load>

@@ -9,6 +9,7 @@
 #include "common/model/arm_cover.h"
 #include "common/model/files.h"
 #include "common/robot/kinematics.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::model {
 namespace {
@@ -50,10 +51,7 @@ constexpr const char* kDae = R"(<?xml version="1.0"?>
 
 class FittedBalls : public ::testing::Test {
  protected:
-  FittedBalls() : folder_(fs::temp_directory_path() / ("mimesis-fit-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_ / "arm_description" / "urdf");
-  }
-  ~FittedBalls() override { fs::remove_all(folder_); }
+  FittedBalls() { fs::create_directories(folder_ / "arm_description" / "urdf"); }
 
   fs::path urdf_folder() const { return folder_ / "arm_description" / "urdf"; }
 
@@ -96,7 +94,7 @@ class FittedBalls : public ::testing::Test {
     return "read";
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 TEST_F(FittedBalls, EveryLinkWithGeometryIsAGroupInItsPlace) {

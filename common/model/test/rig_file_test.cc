@@ -10,6 +10,7 @@
 
 #include "common/error.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::model {
 namespace {
@@ -31,13 +32,6 @@ image::Rig rig() {
 
 class RigFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "mimesis-rig-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string write(const std::string& text) {
     std::ofstream(folder_ / "rig.yaml", std::ios::binary) << text;
     return folder_ / "rig.yaml";
@@ -56,7 +50,7 @@ class RigFile : public ::testing::Test {
     return {};
   }
 
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {

@@ -9,6 +9,7 @@
 
 #include "common/image/image_file.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/camera/source/capture.h"
 
 namespace mimesis::camera {
@@ -18,12 +19,6 @@ using namespace std::chrono_literals;
 
 class Files : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "mimesis-camera-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   void picture(const std::string& name, std::uint8_t grey) {
     image::Image image(8, 6);
     std::fill(image.bgr.begin(), image.bgr.end(), grey);
@@ -40,7 +35,7 @@ class Files : public ::testing::Test {
     }
     return path;
   }
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 template <class Action>

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/error.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/crowd/crowd_node.h"
 
 namespace mimesis::crowd::testing {
@@ -80,20 +81,9 @@ groups:
 /// A scenario in a temporary file.
 class ScenarioFile {
  public:
-  explicit ScenarioFile(const std::string& text) {
-    std::string folder = (std::filesystem::temp_directory_path() / "mimesis-crowd-XXXXXX").string();
-    MIMESIS_ASSERT(mkdtemp(folder.data()) != nullptr);
-    folder_ = folder;
-    std::ofstream(path()) << text << kGaits;
-  }
-  ~ScenarioFile() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  ScenarioFile(const ScenarioFile&) = delete;
-  ScenarioFile& operator=(const ScenarioFile&) = delete;
+  explicit ScenarioFile(const std::string& text) { std::ofstream(path()) << text << kGaits; }
 
-  std::string path() const { return folder_ + "/scenario.yaml"; }
+  std::string path() const { return folder_ / "scenario.yaml"; }
   CrowdParams params() const {
     CrowdParams p;
     p.scenario = path();
@@ -101,7 +91,7 @@ class ScenarioFile {
   }
 
  private:
-  std::string folder_;
+  mimesis::testing::TemporaryFolder folder_;
 };
 
 }  // namespace mimesis::crowd::testing

@@ -11,6 +11,7 @@
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/synthesizer/robot/robot_trials.h"
 #include "nodes/synthesizer/synthesizer_node.h"
 #include "nodes/synthesizer/test/model_file.h"
@@ -25,11 +26,6 @@ using Sets = std::array<mocap::Trials, kActions>;
 
 class DrawerFiles : public ::testing::Test {
  protected:
-  DrawerFiles() : folder_(fs::temp_directory_path() / ("drawer_" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~DrawerFiles() override { fs::remove_all(folder_); }
-
   void write(const Sets& sets) const {
     for (std::size_t a = 0; a < kActions; ++a) {
       mocap::write_trials(sets[a], folder_ / kActionFiles[a]);
@@ -42,7 +38,7 @@ class DrawerFiles : public ::testing::Test {
     }
     return sets;
   }
-  fs::path folder_;
+  mimesis::testing::TemporaryFolder folder_;
 };
 
 const DrawerData& four_trials() {

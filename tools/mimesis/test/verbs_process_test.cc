@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::tool {
 namespace {
@@ -15,16 +16,10 @@ namespace fs = std::filesystem;
 class Verbs : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "mimesis-verbs-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
     path_ = getenv("PATH");
-    setenv("PATH", name.c_str(), 1);  // alone: Mimesis may be installed on this machine
+    setenv("PATH", folder_.path().c_str(), 1);  // alone: Mimesis may be installed on this machine
   }
-  void TearDown() override {
-    setenv("PATH", path_.c_str(), 1);
-    fs::remove_all(folder_);
-  }
+  void TearDown() override { setenv("PATH", path_.c_str(), 1); }
 
   void add_script(const std::string& name, const std::string& text, bool executable = true) {
     std::ofstream(folder_ / name) << "#!/bin/sh\n" << text << '\n';
@@ -40,7 +35,7 @@ class Verbs : public ::testing::Test {
   }
   int run(const std::vector<std::string>& words) { return run("mimesis", words); }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
   std::string path_, out_, err_;
 };
 

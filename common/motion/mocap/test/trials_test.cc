@@ -6,18 +6,15 @@
 #include <fstream>
 
 #include "common/error.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::mocap {
 namespace {
 
 class TrialsFile : public ::testing::Test {
  protected:
-  std::filesystem::path dir_ =
-      std::filesystem::path(::testing::TempDir()) /
-      (std::string("trials_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  testing::TemporaryFolder dir_;
   std::string file_ = (dir_ / "set.csv").string();
-  void SetUp() override { std::filesystem::create_directories(dir_); }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
 
   Trials read(const std::string& text) {
     std::ofstream(file_) << text;

@@ -11,6 +11,7 @@
 
 #include "common/error.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::motion {
 namespace {
@@ -52,13 +53,6 @@ MotionModel small_model(bool tied) {
 
 class MotionModelFile : public ::testing::Test {
  protected:
-  MotionModelFile() {
-    folder_ = fs::temp_directory_path() / ("mimesis-model-" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-    file_ = (folder_ / "m.motion.json").string();
-  }
-  ~MotionModelFile() override { fs::remove_all(folder_); }
-
   /// Error of loading the file after `change`; empty if it is accepted.
   std::string complaint(const std::function<void(Json&)>& change, bool tied = true) {
     save_motion_model(small_model(tied), file_);
@@ -80,8 +74,8 @@ class MotionModelFile : public ::testing::Test {
     return {};
   }
 
-  fs::path folder_;
-  std::string file_;
+  testing::TemporaryFolder folder_;
+  std::string file_ = (folder_ / "m.motion.json").string();
 };
 
 TEST_F(MotionModelFile, ComesBackBitForBit) {

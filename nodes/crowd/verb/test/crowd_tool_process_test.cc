@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 
 namespace mimesis::tool {
 namespace {
@@ -20,11 +21,6 @@ const std::string kScenarios = std::string(MIMESIS_SOURCE_DIR) + "/launch/crowd"
 
 class Crowd : public ::testing::Test {
  protected:
-  Crowd() : folder_(fs::temp_directory_path() / ("mimesis-crowd-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~Crowd() override { fs::remove_all(folder_); }
-
   int run(std::vector<std::string> words) {
     words.insert(words.begin(), "crowd");
     Process p("mimesis", words);
@@ -38,7 +34,7 @@ class Crowd : public ::testing::Test {
     return (folder_ / "made.yaml").string();
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
   std::string output_, errors_;
 };
 

@@ -18,6 +18,7 @@
 #include "common/robot/collision_solids.h"
 #include "common/robot/kinematics.h"
 #include "common/shared_data.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/planner/move_plan.h"
 
 namespace mimesis::planner {
@@ -120,12 +121,6 @@ class Judge {
 
 class FittedArm : public ::testing::Test {
  protected:
-  FittedArm()
-      : folder_(fs::temp_directory_path() / ("mimesis-fitted-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~FittedArm() override { fs::remove_all(folder_); }
-
   /// One link, along its z axis: a cylinder, a box, a capsule of three solids, or a mesh, a
   /// pyramid's stump of n sides.
   std::string solid(Draw& draw, int link, double length, double radius) {
@@ -318,7 +313,7 @@ class FittedArm : public ::testing::Test {
     return false;
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 void expect_sound(const auto& tally) {

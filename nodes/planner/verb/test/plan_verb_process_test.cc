@@ -15,6 +15,7 @@
 #include "common/model/files.h"
 #include "common/shared_data.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/planner/verb/verify.h"
 
 namespace mimesis::tool {
@@ -28,14 +29,9 @@ namespace fs = std::filesystem;
 
 constexpr double kInto_m = 0.001;
 
-const fs::path& folder() {
-  struct Folder {
-    fs::path path = fs::temp_directory_path() / ("mimesis-plan-" + std::to_string(getpid()));
-    Folder() { fs::create_directories(path); }
-    ~Folder() { fs::remove_all(path); }
-  };
-  static const Folder one;
-  return one.path;
+const testing::TemporaryFolder& folder() {
+  static const testing::TemporaryFolder one;
+  return one;
 }
 
 struct Ran {

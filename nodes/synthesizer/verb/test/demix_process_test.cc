@@ -13,6 +13,7 @@
 #include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 #include "nodes/synthesizer/verb/trial_files.h"
@@ -87,11 +88,7 @@ const std::string kBiped = std::string(MIMESIS_SOURCE_DIR) + "/models/biped.yaml
 
 class Demix : public ::testing::Test {
  protected:
-  Demix() : folder_(fs::temp_directory_path() / ("mimesis-demix-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-    mocap::write_trials(waves(), path("waves.csv"));
-  }
-  ~Demix() override { fs::remove_all(folder_); }
+  Demix() { mocap::write_trials(waves(), path("waves.csv")); }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   int run(std::vector<std::string> words) {
@@ -110,7 +107,7 @@ class Demix : public ::testing::Test {
     EXPECT_FALSE(fs::exists(path("m.motion.json")));
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
   std::string output_, errors_;
 };
 

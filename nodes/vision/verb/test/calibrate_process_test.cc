@@ -10,6 +10,7 @@
 #include "common/model/rig_file.h"
 #include "common/shared_data.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/vision/calibration/testing/board_scene.h"
 
 namespace mimesis::tool {
@@ -24,16 +25,12 @@ class Calibrate : public ::testing::Test {
   static constexpr int kPositions = 6;
 
   static void SetUpTestSuite() {
-    std::string name = (fs::temp_directory_path() / "mimesis-calibrate-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
     std::mt19937 random(909);
     pair_ = vision::random_pair(random);
     for (int i = 0; i < kPositions; ++i) {
       write_pair(i, vision::random_place(board_, pair_, random), random);
     }
   }
-  static void TearDownTestSuite() { fs::remove_all(folder_); }
 
   static std::string file(const char* side, int i) {
     return (folder_ / (std::string(side) + std::to_string(i) + ".png")).string();
@@ -56,7 +53,7 @@ class Calibrate : public ::testing::Test {
   std::string at(const char* name) const { return (folder_ / name).string(); }
 
   static inline const vision::Board board_{8, 5, 0.03};
-  static inline fs::path folder_;
+  static inline testing::TemporaryFolder folder_;
   static inline std::array<vision::TrueCamera, 2> pair_;
   std::string out_, err_;
 };

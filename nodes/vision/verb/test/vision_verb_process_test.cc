@@ -11,6 +11,7 @@
 #include "common/image/image_file.h"
 #include "common/testing/process.h"
 #include "common/testing/refusal.h"
+#include "common/testing/temporary_folder.h"
 #include "nodes/vision/files/colors_file.h"
 
 namespace mimesis::tool {
@@ -22,9 +23,6 @@ using vision::Kind;
 class Teach : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "mimesis-teach-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
     image::Image image(320, 240);  // a blue and a green patch on grey
     std::mt19937 random(4);
     for (int v = 0; v < 240; ++v) {
@@ -41,7 +39,6 @@ class Teach : public ::testing::Test {
     }
     ASSERT_TRUE(image::write_png(folder_ / "desk.png", image));
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   int run(std::vector<std::string> words) {
     words.insert(words.begin(), {"teach", (folder_ / "desk.png").string()});
@@ -64,7 +61,7 @@ class Teach : public ::testing::Test {
     return testing::refusal([&] { vision::load_colors(folder_ / "edited.yaml"); });
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
   std::string out_, err_, good_;
 };
 

@@ -1,37 +1,24 @@
 #pragma once
-#include <unistd.h>
-
-#include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "common/testing/temporary_folder.h"
 #include "tools/mimesis/launch/graph_file.h"
 
 namespace mimesis::launch {
 
 /// A folder for one test, removed with all in it.
-class TemporaryFolder {
+class TemporaryFolder : public testing::TemporaryFolder {
  public:
-  TemporaryFolder() : path_((std::filesystem::temp_directory_path() / "launch-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr) std::abort();
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::string& path() const { return path_; }
   /// Writes a file and returns its path.
   std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ + "/" + name) << text;
-    return path_ + "/" + name;
+    std::ofstream(*this / name) << text;
+    return *this / name;
   }
   std::string read(const std::string& name) const {
-    std::ifstream in(path_ + "/" + name);
+    std::ifstream in(*this / name);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-
- private:
-  std::string path_;
 };
 
 /// Reads `text` as a launch file; its mistakes are in `mistakes` with "@" for the file's path.

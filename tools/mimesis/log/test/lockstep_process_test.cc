@@ -8,6 +8,7 @@
 #include "common/log/indexed_reader.h"
 #include "common/runtime/own_topics.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::tool {
@@ -51,13 +52,6 @@ std::vector<Line> lines(const std::string& file, const std::string& topic = "") 
 
 class LogLockstep : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "mimesis-lockstep-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// Two seconds of node b, fed by node a, or by the player of `log`; returns the log of it.
   std::string run(const std::string& name, const std::string& log) {
     const TestGraph graph;
@@ -97,7 +91,7 @@ class LogLockstep : public ::testing::Test {
                                  "rate_hz=1000", "--set", "offset_s=0.0005"});
   }
 
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 TEST_F(LogLockstep, EqualRunsGiveEqualLogsAndAReplayTheSameSteps) {

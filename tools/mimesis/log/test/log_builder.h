@@ -10,6 +10,7 @@
 
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
+#include "common/testing/temporary_folder.h"
 #include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
@@ -75,15 +76,6 @@ class LogBuilder {
 /// A folder for one test.
 class TestFolder {
  public:
-  TestFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "mimesis-log-XXXXXX").string();
-    EXPECT_NE(mkdtemp(name.data()), nullptr);
-    path_ = name;
-  }
-  ~TestFolder() { std::filesystem::remove_all(path_); }
-  TestFolder(const TestFolder&) = delete;
-  TestFolder& operator=(const TestFolder&) = delete;
-
   std::string file(const std::string& name) const { return (path_ / name).string(); }
   std::string write(const std::string& name, const std::string& content) const {
     std::ofstream(path_ / name, std::ios::binary) << content;
@@ -96,10 +88,10 @@ class TestFolder {
     all << in.rdbuf();
     return all.str();
   }
-  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path path() const { return path_; }
 
  private:
-  std::filesystem::path path_;
+  testing::TemporaryFolder path_;
 };
 
 }  // namespace mimesis::tool

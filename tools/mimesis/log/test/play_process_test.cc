@@ -11,6 +11,7 @@
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "proto/foxglove/log.pb.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
@@ -76,12 +77,8 @@ class LogPlay : public ::testing::Test {
  protected:
   void SetUp() override {
     setenv("MIMESIS_GRAPH", graph_.name().c_str(), 1);
-    std::string name = (fs::temp_directory_path() / "mimesis-play-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
     file_ = (folder_ / "run.mcap").string();
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   /// sender/count every 100 s from 0 to 900 s, the latched sender/state at 0 s and 400 s,
   /// sender/rare at 650 s: nothing moves unless it is asked to.
@@ -132,7 +129,7 @@ class LogPlay : public ::testing::Test {
   }
 
   TestGraph graph_;
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
   std::string file_;
 };
 

@@ -10,6 +10,7 @@
 
 #include "common/log/indexed_reader.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::tool {
@@ -18,13 +19,7 @@ namespace mimesis::tool {
 class RecordProcess : public ::testing::Test {
  protected:
   using Process = testing::Process;
-  void SetUp() override {
-    setenv("MIMESIS_GRAPH", graph_.name().c_str(), 1);
-    std::string name = (std::filesystem::temp_directory_path() / "mimesis-record-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void SetUp() override { setenv("MIMESIS_GRAPH", graph_.name().c_str(), 1); }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
@@ -39,7 +34,7 @@ class RecordProcess : public ::testing::Test {
   }
 
   testing::TestGraph graph_;
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 /// Text that does not compress to nothing.

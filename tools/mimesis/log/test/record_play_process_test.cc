@@ -8,6 +8,7 @@
 
 #include "common/log/indexed_reader.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::tool {
@@ -26,12 +27,8 @@ class LogProcess : public ::testing::Test {
  protected:
   void SetUp() override {
     setenv("MIMESIS_GRAPH", graph_.name().c_str(), 1);
-    std::string name = (fs::temp_directory_path() / "mimesis-log-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
     file_ = (folder_ / "run.mcap").string();
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   std::unique_ptr<Process> record(std::vector<std::string> options) {
     std::vector<std::string> arguments{"log", "record", "--json", "--output", file_};
@@ -51,7 +48,7 @@ class LogProcess : public ::testing::Test {
   }
 
   TestGraph graph_;
-  fs::path folder_;
+  testing::TemporaryFolder folder_;
   std::string file_;
 };
 

@@ -11,6 +11,7 @@
 #include "common/machine_time.h"
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/test/copy_log.h"
 
@@ -107,15 +108,12 @@ class RecordedCounters {
 class Replay : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = (fs::temp_directory_path() / "mimesis-test-replay-XXXXXX").string();
-    ASSERT_NE(mkdtemp(folder_.data()), nullptr);
     log_ = path("run.mcap");
     RecordedCounters run("lockstep", log_);
     ASSERT_TRUE(run.run());
     run.stop();
   }
-  static void TearDownTestSuite() { fs::remove_all(folder_); }
-  static std::string path(const std::string& name) { return folder_ + "/" + name; }
+  static std::string path(const std::string& name) { return folder_ / name; }
 
   int replay(std::vector<std::string> words) {
     words.insert(words.begin(), {"log", "replay", "--exec", kCounter});
@@ -136,7 +134,8 @@ class Replay : public ::testing::Test {
     return (output_ + errors_).find(text) != std::string::npos;
   }
 
-  static inline std::string folder_, log_;
+  static inline testing::TemporaryFolder folder_;
+  static inline std::string log_;
   std::string output_, errors_;
 };
 

@@ -12,6 +12,7 @@
 #include "common/log/stream_reader.h"
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
+#include "common/testing/temporary_folder.h"
 #include "proto/runtime.pb.h"
 
 /// Small logs in files, for the tools that rewrite them.
@@ -102,13 +103,6 @@ inline std::vector<Sent> read_log(const std::string& path) {
 /// A folder of its own for each test.
 class ToolLogs : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "mimesis-tools-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string save(const std::string& name, const std::string& bytes) const {
     std::ofstream(path(name), std::ios::binary) << bytes;
@@ -131,7 +125,7 @@ class ToolLogs : public ::testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  testing::TemporaryFolder folder_;
 };
 
 }  // namespace mimesis::tool::testlogs
