@@ -42,7 +42,7 @@ inline constexpr const char* kSmallRobot = R"(<?xml version="1.0"?>
 /// Path of a new file small.urdf with this text.
 inline std::string write_urdf(const std::string& text) {
   const auto folder = std::filesystem::path(::testing::TempDir()) /
-                      testing::UnitTest::GetInstance()->current_test_info()->name();
+                      ::testing::UnitTest::GetInstance()->current_test_info()->name();
   std::filesystem::create_directories(folder);
   const auto file = folder / "small.urdf";
   std::ofstream(file) << text;

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-class BodySensorsTest : public testing::Test {
+class BodySensorsTest : public ::testing::Test {
  protected:
   void step(BodyWorld& world, int ticks) {
     for (int i = 0; i < ticks; ++i) {

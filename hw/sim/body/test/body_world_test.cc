@@ -18,8 +18,8 @@ void stand(BodyWorld& world, const TestRobot& robot, double duration_s) {
   for (int i = 0; i < duration_s / kTick_s - 0.5; ++i) world.step(robot.half_sitting(), kTick_s);
 }
 
-class Plants : public testing::TestWithParam<Plant> {};
-INSTANTIATE_TEST_SUITE_P(BodyWorld, Plants, testing::Values(Plant::springs, Plant::servo));
+class Plants : public ::testing::TestWithParam<Plant> {};
+INSTANTIATE_TEST_SUITE_P(BodyWorld, Plants, ::testing::Values(Plant::springs, Plant::servo));
 
 TEST_P(Plants, StandStill) {
   const TestRobot robot = test_robot();

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 const Vector3d kFar(0.0, 0.0, 1.0);
 
 /// A drawer with its front at x = 1 and hands that are moved by hand.
-class DrawerTest : public testing::Test {
+class DrawerTest : public ::testing::Test {
  protected:
   void make(const DrawerSettings& settings) { drawer_ = std::make_unique<Drawer>(settings); }
   /// The hands go to their places with constant speed in this number of ticks.

@@ -10,7 +10,7 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-class FallJudgeTest : public testing::Test {
+class FallJudgeTest : public ::testing::Test {
  protected:
   /// Judged with the trunk turned by `tilt_rad` about `axis` from where the set-points have it.
   std::string how(double height_m, double tilt_rad, const Vector3d& axis,
