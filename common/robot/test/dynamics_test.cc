@@ -7,7 +7,6 @@
 #include "common/robot/test/random_motion.h"
 #include "common/robot/test/small_robot.h"
 #include "common/robot/testing/momentum.h"
-#include "common/testing/no_malloc.h"
 
 namespace mimesis::robot {
 namespace {
@@ -167,20 +166,6 @@ TEST(Dynamics, GroundWrenchIsThatOfInverseDynamics) {
   const Wrench a = dynamics.inverse_dynamics(m, torque), b = dynamics.ground_wrench(m);
   EXPECT_EQ(a.force, b.force);
   EXPECT_EQ(a.moment, b.moment);
-}
-
-TEST(Dynamics, DoesNotAllocate) {
-  const RobotTree tree = biped();
-  Dynamics dynamics(tree);
-  Kinematics kinematics(tree);
-  const RobotMotion m = random_motion(tree, 5);
-  VectorXd torque(tree.dof());
-  Matrix3Xd J(3, 6 + tree.dof());
-  const testing::NoMalloc no_malloc;
-  (void)dynamics.inverse_dynamics(m, torque);
-  (void)dynamics.ground_wrench(m);
-  kinematics.update(m.X_WB, m.q);
-  dynamics.com_jacobian(kinematics, J);
 }
 
 }  // namespace

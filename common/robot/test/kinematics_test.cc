@@ -9,7 +9,6 @@
 #include "common/robot/test/small_robot.h"
 #include "common/robot/test/test_bipeds.h"
 #include "common/shared_data.h"
-#include "common/testing/no_malloc.h"
 
 namespace mimesis::robot {
 namespace {
@@ -150,17 +149,6 @@ TEST(Kinematics, AnotherRobotReadsAsWell) {
                       k.X_WL(tree.require_link("L_KNEE_S")).translation())
                          .norm();
   EXPECT_NEAR(leg, std::hypot(0.357, 0.04), 1e-9);
-}
-
-TEST(Kinematics, DoesNotAllocate) {
-  const RobotTree tree = read_urdf(biped_urdf());
-  Kinematics k(tree);
-  Posture p = random_posture(tree, 5);
-  Jacobian J(6, 6 + tree.dof());
-  const testing::NoMalloc no_malloc;
-  k.update(p.X_WB, p.q);
-  k.jacobian(20, p.X_WB.translation(), J);
-  (void)k.com();
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include "common/math/so3.h"
 #include "common/robot/kinematics.h"
 #include "common/robot/test/test_bipeds.h"
-#include "common/testing/no_malloc.h"
 #include "common/testing/refusal.h"
 
 namespace mimesis::robot {
@@ -172,15 +171,6 @@ TEST(LegIk, RefusesOtherLegs) {
             std::string::npos);
   EXPECT_NE(refusal("left_1", Vector3d(0.6, 0.0, 0.8), Vector3d::Zero()).find("askew"),
             std::string::npos);
-}
-
-TEST(LegIk, DoesNotAllocate) {
-  const Biped biped = hrp2_like();
-  const LegIk ik(biped, kRight);
-  Leg leg(biped, kRight);
-  const Isometry3d X = leg.sole(0.5 * (leg.lower + leg.upper));
-  const testing::NoMalloc no_malloc;
-  EXPECT_FALSE(ik.solve(X).stretched);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include "common/robot/test/random_motion.h"
 #include "common/robot/test/small_robot.h"
 #include "common/robot/test/test_bipeds.h"
-#include "common/testing/no_malloc.h"
 
 namespace mimesis::robot {
 namespace {
@@ -40,14 +39,6 @@ TEST(PartMass, TakesJointsThatSlide) {
     kinematics.update(Isometry3d::Identity(), q);
     EXPECT_LT((whole.first_moment(q) / tree.mass_kg() - kinematics.com()).norm(), 1e-12);
   }
-}
-
-TEST(PartMass, DoesNotAllocate) {
-  const Biped biped = hrp2_like();
-  PartMass leg(biped.tree, biped.leg[kLeft].dof, false);
-  const VectorXd q = VectorXd::Constant(6, 0.3);
-  const testing::NoMalloc no_malloc;
-  (void)leg.first_moment(q);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "common/math/circle.h"
-#include "common/testing/no_malloc.h"
 #include "nodes/synthesizer/character/courses.h"
 
 namespace mimesis::synthesizer {
@@ -118,15 +117,6 @@ TEST(StyleCourse, AWishInPlaceOfAnotherReplacesIt) {
   rig.run(1.2);
   EXPECT_EQ(rig.share(1), 0.0);
   EXPECT_EQ(rig.share(2), 1.0);
-}
-
-TEST(StyleCourse, DoesNotAllocate) {
-  StyleRig rig;
-  const mimesis::testing::NoMalloc guard;
-  rig.course.wish(kSecond, 1.0);
-  for (int k = 0; k < 100; ++k) rig.course.advance(kStyleDt, 0.01 * k, false);
-  rig.course.wish(kThird, 0.0);
-  for (int k = 0; k < 1000; ++k) rig.course.advance(kStyleDt, 0.01 * k, false);
 }
 
 }  // namespace

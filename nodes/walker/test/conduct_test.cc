@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/testing/no_malloc.h"
 #include "nodes/walker/pattern/pattern.h"
 
 namespace mimesis::walker {
@@ -185,14 +184,6 @@ TEST(Approach, ShortWaysTakeTheLeastTimeAndHalfTheWayIsInTheMiddle) {
   EXPECT_DOUBLE_EQ(approach.duration_s(), 1.0);
   for (int i = 0; i < 100; ++i) approach.step(0.005);
   EXPECT_TRUE(approach.q().isApprox(0.5 * to, 1e-12));
-}
-
-TEST(Approach, StepsDoNotAllocate) {
-  Approach approach;
-  const VectorXd a = VectorXd::Zero(30), b = VectorXd::Ones(30);
-  approach.start(a, b, 10.0 * b, 0.1, 1.0);
-  const mimesis::testing::NoMalloc guard;
-  approach.step(0.005);
 }
 
 }  // namespace

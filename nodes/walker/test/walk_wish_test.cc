@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "common/model/files.h"
-#include "common/testing/no_malloc.h"
 #include "nodes/walker/test/closed_loop.h"
 
 namespace mimesis::walker {
@@ -151,15 +150,6 @@ TEST_F(WalkWishTest, HandsHaveSharesBetweenNoneAndAll) {
   EXPECT_EQ(w.hand[kRight].share, 1.0);
   EXPECT_EQ(w.hand[kRight].p_W_m.z(), 0.9);
   EXPECT_EQ(w.hand[kLeft].share, 0.0);
-}
-
-TEST_F(WalkWishTest, StepsDoNotAllocate) {
-  motion.velocity_m_s = {0.2, 0.0};
-  motion.upper_body = upper_body("left_elbow", -0.6);
-  step(&motion);
-  const ::mimesis::testing::NoMalloc guard;
-  step(&motion);
-  step(nullptr);
 }
 
 }  // namespace

@@ -8,8 +8,6 @@
 #include <numbers>
 #include <vector>
 
-#include "common/testing/no_malloc.h"
-
 namespace mimesis::crowd {
 namespace {
 
@@ -141,13 +139,6 @@ TEST(Navigation, GoesAroundAPillarInTheWay) {
   s.run(12.0);
   EXPECT_TRUE(s.all_arrived());
   EXPECT_GT(s.closest, 0.5);
-}
-
-TEST(Navigation, DoesNotAllocate) {
-  const std::vector<Pedestrian> others(10, Pedestrian{{1, 1}, 2.0, 1.0});
-  const Pedestrian self{{0, 0}, 0.0, 1.0};
-  const mimesis::testing::NoMalloc guard;
-  EXPECT_TRUE(std::isfinite(heading_rate(self, {5, 5}, 1.0, others)));
 }
 
 }  // namespace

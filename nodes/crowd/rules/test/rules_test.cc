@@ -134,16 +134,6 @@ TEST(LiftPhases, KeepsTheAnglesAndGathersThemInOneTurn) {
   EXPECT_NEAR(nearest_turn(0.1, 100.0), 0.1 + 16.0 * kTwoPi, 1e-12);
 }
 
-TEST(PhaseCoupling, DoesNotAllocate) {
-  const auto ring = CouplingGraph::make(Topology::ring, 8);
-  const auto all = CouplingGraph::make(Topology::all_to_all, 8);
-  const Phases phi = Phases::LinSpaced(8, 0.0, 1.0);
-  Phases rate = Phases::Zero(8);
-  const testing::NoMalloc guard;
-  add_phase_coupling(ring, 1.0, view(phi), {1.0, 0.0}, view(rate));
-  add_phase_coupling(all, 1.0, view(phi), {1.0, 0.0}, view(rate));
-}
-
 TEST(Synchrony, DispersionIsTheDissertationsAndKeepsItsDigits) {
   const std::vector<double> phi{0.3, 1.0, 5.0};
   const double r = std::abs(std::polar(1.0, 0.3) + std::polar(1.0, 1.0) + std::polar(1.0, 5.0)) / 3;

@@ -9,7 +9,6 @@
 #include "common/math/circle.h"
 #include "common/math/so3.h"
 #include "common/motion/demix/mixture.h"
-#include "common/testing/no_malloc.h"
 #include "common/testing/refusal.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
@@ -179,21 +178,6 @@ TEST(CharacterBatch, ResultsDependNeitherOnPlaceNorOnCompany) {
     settle(alone, 0, i);
     for (int n = 0; n < 100; ++n) alone.step();
     EXPECT_EQ(bits(alone, 0), bits(many, i)) << i;
-  }
-}
-
-TEST(CharacterBatch, StepsAndSettersDoNotAllocate) {
-  const motion::MotionModel model = random_model(3, 4, 3, 1);
-  CharacterBatch batch(model, 20, {.individual = true, .foot_lock = true});
-  const motion::Pattern p = model.patterns[1];
-  const std::array beta{0.2, 0.3, 0.5};
-  const mimesis::testing::NoMalloc guard;
-  for (int n = 0; n < 50; ++n) {
-    batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad);
-    batch.set_blend(1, beta);
-    batch.set_pattern(2, 2);
-    batch.set_external(3, 0.1 * n, 1.0);
-    batch.step();
   }
 }
 

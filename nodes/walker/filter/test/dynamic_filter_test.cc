@@ -240,19 +240,6 @@ TEST(DynamicFilter, BeginsAnewAfterReset) {
   EXPECT_GT(shifts[0].back().norm(), 1e-3);
 }
 
-TEST(DynamicFilter, DoesNotAllocate) {
-  const robot::Biped biped = robot::hrp2_like();
-  const GaitSettings gait = gait_settings(biped);
-  LinearMpc pattern(gait);
-  pattern.reset(stance(biped));
-  DynamicFilter filter(biped, gait, {.iterations = 2, .legs_only = true});
-  UpperBody upper;
-  SwingingArms(biped, 0.0).at(0.0, upper);
-  for (int i = 0; i < 300; ++i) pattern.step(wish(0.2));
-  const mimesis::testing::NoMalloc no_malloc;
-  (void)filter.step(pattern, {&upper, 1});
-}
-
 }  // namespace
 
 }  // namespace mimesis::walker

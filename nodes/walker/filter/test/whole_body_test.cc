@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/test/test_bipeds.h"
-#include "common/testing/no_malloc.h"
 #include "nodes/walker/filter/test/plain_walk.h"
 #include "nodes/walker/pattern/generators.h"
 #include "nodes/walker/testing/filtered_walk.h"
@@ -201,17 +200,6 @@ TEST(WholeBody, GroundCarriesTheWeightWhateverTheArmsDo) {
   const Eigen::Vector2d rest = zmp_with(0.0), little = zmp_with(1.0), much = zmp_with(400.0);
   EXPECT_GT((little - rest).norm(), 1e-4);
   EXPECT_LT((much - rest - 400.0 * (little - rest)).norm(), 0.1 * (much - rest).norm());
-}
-
-TEST(WholeBody, DoesNotAllocate) {
-  const robot::Biped biped = robot::hrp2_like();
-  const GaitSettings gait = gait_settings(biped);
-  LinearMpc pattern(gait);
-  pattern.reset(stance(biped));
-  WholeBody body(biped, gait.com_height_m);
-  const UpperBody upper = at_rest(biped);
-  const mimesis::testing::NoMalloc no_malloc;
-  (void)body.zmp(pattern.now(), pattern.now().com, upper, body.moments(upper));
 }
 
 }  // namespace

@@ -254,18 +254,6 @@ TEST_P(Patterns, WalkTheSameFarFromTheOriginAndTurned) {
   }
 }
 
-TEST_P(Patterns, DoNotAllocate) {
-  auto pattern = make();
-  Wish wish = forward(0.3);
-  for (int i = 0; i < 2000; ++i) {
-    if (i == 900) wish = forward(kNan);
-    if (i == 1300) wish = forward(0.9);
-    const NoMalloc guard;
-    pattern->step(wish);
-    (void)pattern->ahead(i % kPreviewTicks);
-  }
-}
-
 TEST_P(Patterns, AreTheSameBitsEveryTime) {
   auto a = make(), b = make();
   run(*b, forward(0.1), 777);

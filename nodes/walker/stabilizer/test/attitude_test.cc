@@ -5,7 +5,6 @@
 #include <random>
 
 #include "common/robot/dynamics.h"
-#include "common/testing/no_malloc.h"
 #include "nodes/walker/stabilizer/settings.h"
 
 namespace mimesis::walker {
@@ -130,12 +129,6 @@ TEST(AttitudeFilter, KnowsNothingOfUprightInTheAir) {
     filter.step({{0.5, 0.0, 0.0}, {0.0, 0.1, 0.0}, std::nullopt}, kTick_s);
   }
   EXPECT_NEAR(math::log_so3(filter.R_WI()).x(), 0.25, 1e-9);
-}
-
-TEST(AttitudeFilter, DoesNotAllocate) {
-  AttitudeFilter filter(10.0);
-  mimesis::testing::NoMalloc guard;
-  for (int i = 0; i < 10; ++i) filter.step(at_rest({0.1, 0, 0}, kG_W), kTick_s);
 }
 
 }  // namespace

@@ -468,12 +468,6 @@ TEST_P(LegRoomTest, WhatTheCoMHasIsNotTakenFromIt) {
   EXPECT_EQ(ask({0.1, 0.0, 0.0}), 0.0);
 }
 
-TEST_P(LegRoomTest, DoesNotAllocate) {
-  ask({0.0, 0.0, 1.0});
-  const mimesis::testing::NoMalloc guard;
-  ask({0.0, 0.0, -1.0});
-}
-
 INSTANTIATE_TEST_SUITE_P(Robots, LegRoomTest, ::testing::ValuesIn(robots()),
                          [](const auto& robot) { return robot.param.tree.name(); });
 
