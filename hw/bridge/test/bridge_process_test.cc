@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/cia402.h"
@@ -332,18 +333,12 @@ TEST(BridgeProcess, SaysWhenNobodyIsOnTheBus) {
 }
 
 TEST(BridgeProcess, RefusesBadConfigurationInOneLine) {
-  const auto refusal = [](const std::string& setting) {
-    TestGraph graph;
-    Process bridge(graph, "mimesis_bridge", {"--set", setting});
-    EXPECT_EQ(bridge.wait(), 2) << bridge.errors();
-    return bridge.errors();
-  };
-  EXPECT_NE(refusal("can=can0").find("expected embedded:NAME, socketcan:INTERFACE"),
-            std::string::npos);
-  EXPECT_NE(refusal("robt=x").find("robt"), std::string::npos);
-  EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);
-  EXPECT_EQ(refusal("rate_hz=300"),
-            "--set: bridge.rate_hz: 300 contradicts the robot's file, which says 200\n");
+  using testing::refuses;
+  refuses("mimesis_bridge", {"can=can0"}, "expected embedded:NAME, socketcan:INTERFACE");
+  refuses("mimesis_bridge", {"robt=x"}, "robt");
+  refuses("mimesis_bridge", {"robot=nobody.yaml"}, "nobody.yaml");
+  refuses("mimesis_bridge", {"rate_hz=300"},
+          "--set: bridge.rate_hz: 300 contradicts the robot's file, which says 200\n");
 }
 
 TEST(BridgeProcess, TakesItsRateFromTheRobotsFile) {

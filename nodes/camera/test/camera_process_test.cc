@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/vision.pb.h"
@@ -42,19 +43,9 @@ TEST(CameraProcess, SendsImagesWithRisingStampsAndStopsOnRequest) {
   EXPECT_EQ(camera.terminate(), 0) << camera.errors();
 }
 
-TEST(CameraProcess, SaysWhatIsWrongWithTheTeacherAndExitsWith2) {
-  TestGraph graph;
-  Process camera(graph, kCamera, {"--set", "teacher=precise,above,high"});
-  EXPECT_EQ(camera.wait(30s), 2);
-  EXPECT_NE(camera.errors().find("neither 'precision' nor 'full'"), std::string::npos)
-      << camera.errors();
-}
-
-TEST(CameraProcess, SaysThatAFilmIsMissingAndExitsWith2) {
-  TestGraph graph;
-  Process camera(graph, kCamera, {"--set", "source=video", "--set", "path=/no/film.mp4"});
-  EXPECT_EQ(camera.wait(30s), 2);
-  EXPECT_NE(camera.errors().find("/no/film.mp4"), std::string::npos) << camera.errors();
+TEST(CameraProcess, BadConfigurationExitsWith2) {
+  testing::refuses(kCamera, {"teacher=precise,above,high"}, "neither 'precision' nor 'full'");
+  testing::refuses(kCamera, {"source=video", "path=/no/film.mp4"}, "/no/film.mp4");
 }
 
 #ifndef __SANITIZE_ADDRESS__  // whose runtime must be the first library

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "nodes/cognition/test/files.h"
 #include "proto/cognition.pb.h"
@@ -100,10 +101,7 @@ TEST(CognitionProcess, DecidesAndLearns) {
 
 TEST(CognitionProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   const auto refused = [](const std::string& setting, const char* what) {
-    TestGraph graph;
-    Process node(graph, kCognition, {"--set", setting});
-    EXPECT_EQ(node.wait(), 2) << setting;
-    EXPECT_NE(node.errors().find(what), std::string::npos) << node.errors();
+    testing::refuses(kCognition, {setting}, what);
   };
   refused("netwrk=a.yaml", "did you mean 'network'");
   refused("network=/nowhere/network.yaml", "no such file");

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
@@ -183,19 +184,10 @@ TEST(PlannerProcess, AnUnreachableGoalFailsWithItsReason) {
 }
 
 TEST(PlannerProcess, BadConfigurationIsNamedAndExitsWith2) {
-  TestGraph graph;
-  Process typo(graph, "mimesis_planner", {"--set", "sped=0.5"});
-  EXPECT_EQ(typo.wait(), 2);
-  EXPECT_NE(typo.errors().find("sped"), std::string::npos) << typo.errors();
-  Process range(graph, "mimesis_planner", {"--set", "speed=2"});
-  EXPECT_EQ(range.wait(), 2);
-  EXPECT_NE(range.errors().find("speed"), std::string::npos) << range.errors();
-  Process rate(graph, "mimesis_planner", {"--set", "rate_hz=100"});
-  EXPECT_EQ(rate.wait(), 2);
-  EXPECT_NE(rate.errors().find("planner.rate_hz: 100 contradicts"), std::string::npos);
-  Process model(graph, "mimesis_planner", {"--set", "robot=nowhere.yaml"});
-  EXPECT_EQ(model.wait(), 2);
-  EXPECT_NE(model.errors().find("nowhere.yaml"), std::string::npos) << model.errors();
+  testing::refuses("mimesis_planner", {"sped=0.5"}, "sped");
+  testing::refuses("mimesis_planner", {"speed=2"}, "speed");
+  testing::refuses("mimesis_planner", {"rate_hz=100"}, "planner.rate_hz: 100 contradicts");
+  testing::refuses("mimesis_planner", {"robot=nowhere.yaml"}, "nowhere.yaml");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/math/circle.h"
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "nodes/synthesizer/test/model_file.h"
 #include "proto/motion.pb.h"
@@ -193,10 +194,7 @@ TEST(SynthesizerProcess, LocksToABeatThenToTheCrowdAndIsReleased) {
 
 TEST(SynthesizerProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   const auto refused = [](const std::string& setting, const std::string& what) {
-    TestGraph graph;
-    Process node(graph, kSynthesizer, {"--set", "model=" + file().path(), "--set", setting});
-    EXPECT_EQ(node.wait(), 2) << setting;
-    EXPECT_NE(node.errors().find(what), std::string::npos) << node.errors();
+    mimesis::testing::refuses(kSynthesizer, {"model=" + file().path(), setting}, what);
   };
   refused("characters=0", "synthesizer.characters");
   refused("rate_hz=5", "synthesizer.rate_hz");
@@ -212,19 +210,11 @@ TEST(SynthesizerProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   const std::string trials = file().folder() + "/normal_step.csv";
   std::ofstream(trials) << "clip,cycle,start_frame,end_frame,duration_s,joint,axis,t0,t1,t2,t3\n"
                            "a,0,1,9,1.5,hip,x,1,2,three,4\n";
-  TestGraph bad;
-  Process drawer(bad, kSynthesizer,
-                 {"--set", "model=" + file().path(), "--set", "drawer=true", "--set",
-                  "drawer_trials=" + file().folder()});
-  EXPECT_EQ(drawer.wait(), 2);
-  EXPECT_NE(drawer.errors().find("normal_step.csv:2: column 10: 'three', expected a finite number"),
-            std::string::npos)
-      << drawer.errors();
-  TestGraph graph;
-  Process robot(graph, kSynthesizer,
-                {"--set", "robot.description=biped.yaml", "--set", "rate_hz=100"});
-  EXPECT_EQ(robot.wait(), 2);
-  EXPECT_NE(robot.errors().find("synthesizer.rate_hz: 100 contradicts"), std::string::npos);
+  mimesis::testing::refuses(
+      kSynthesizer, {"model=" + file().path(), "drawer=true", "drawer_trials=" + file().folder()},
+      "normal_step.csv:2: column 10: 'three', expected a finite number");
+  mimesis::testing::refuses(kSynthesizer, {"robot.description=biped.yaml", "rate_hz=100"},
+                            "synthesizer.rate_hz: 100 contradicts");
 }
 
 }  // namespace

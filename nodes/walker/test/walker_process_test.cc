@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "common/model/files.h"
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "nodes/walker/test/perfect_robot.h"
 #include "proto/motion.pb.h"
@@ -99,10 +100,7 @@ TEST(WalkerProcess, StandsWalksAndStops) {
 
 TEST(WalkerProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   const auto refused = [](const std::string& setting, const std::string& what) {
-    TestGraph graph;
-    Process node(graph, kWalker, {"--set", setting});
-    EXPECT_EQ(node.wait(), 2) << setting;
-    EXPECT_NE(node.errors().find(what), std::string::npos) << node.errors();
+    mimesis::testing::refuses(kWalker, {setting}, what);
   };
   refused("rate_hz=100", "walker.rate_hz");
   refused("pattern=herdt", "walker.pattern");
@@ -171,10 +169,7 @@ TEST(WalkerProcess, AStackOfTasksFromAFileMovesTheRobot) {
 
 TEST(WalkerProcess, AStackOfTasksThatDoesNotFitTheRobotIsRefused) {
   const auto refused = [](const std::string& tasks, const std::string& what) {
-    TestGraph graph;
-    Process node(graph, kWalker, {"--set", "stack.tasks=" + tasks});
-    EXPECT_EQ(node.wait(), 2) << tasks;
-    EXPECT_NE(node.errors().find(what), std::string::npos) << node.errors();
+    mimesis::testing::refuses(kWalker, {"stack.tasks=" + tasks}, what);
   };
   refused("[{name: tail, kind: orientation, link: tail}]", "has no link 'tail'");
   refused("[{name: arm, kind: posture, joints: [wing]}]", "has no joint 'wing'");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "hw/sim/body/body_params.h"
 #include "hw/sim/body/test/bodies.h"
@@ -142,16 +143,11 @@ TEST_F(RobotProcess, StandsWhateverHappensToTheBridge) {
 }
 
 TEST(SimBodyProcess, RefusesBadConfigurationInOneLine) {
-  const auto refusal = [](const std::string& setting) {
-    TestGraph graph;
-    Process body(graph, "mimesis_sim_body", {"--set", setting});
-    EXPECT_EQ(body.wait(30s), 2) << body.errors();
-    return body.errors();
-  };
-  EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);
-  EXPECT_NE(refusal("rate_hz=100").find("sim_body.rate_hz: 100 contradicts"), std::string::npos);
-  EXPECT_NE(refusal("plant=jelly").find("plant"), std::string::npos);
-  EXPECT_NE(refusal("can=can0").find("expected embedded:NAME"), std::string::npos);
+  using testing::refuses;
+  refuses("mimesis_sim_body", {"robot=nobody.yaml"}, "nobody.yaml");
+  refuses("mimesis_sim_body", {"rate_hz=100"}, "sim_body.rate_hz: 100 contradicts");
+  refuses("mimesis_sim_body", {"plant=jelly"}, "plant");
+  refuses("mimesis_sim_body", {"can=can0"}, "expected embedded:NAME");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
+#include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "hw/sim/world/test/postures.h"
 #include "proto/bridge.pb.h"
@@ -125,13 +126,8 @@ TEST_F(WorldProcess, JudgesATrialThatFails) {
 }
 
 TEST(WorldProcessMistakes, BadParametersExitWith2AndTheKeysName) {
-  TestGraph graph;
-  Process goal(graph, kWorld, {"--set", "goal_blocked=middle"});
-  EXPECT_EQ(goal.wait(), 2);
-  EXPECT_NE(goal.errors().find("goal_blocked"), std::string::npos) << goal.errors();
-  Process table(graph, kWorld, {"--set", "table=nowhere.yaml"});
-  EXPECT_EQ(table.wait(), 2);
-  EXPECT_NE(table.errors().find("nowhere.yaml"), std::string::npos) << table.errors();
+  testing::refuses(kWorld, {"goal_blocked=middle"}, "goal_blocked");
+  testing::refuses(kWorld, {"table=nowhere.yaml"}, "nowhere.yaml");
 }
 
 }  // namespace
