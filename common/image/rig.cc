@@ -81,11 +81,6 @@ Vector2d Lens::normalized(const Vector2d& pixel) const {
   return p;
 }
 
-Vector2d Lens::undistorted(const Vector2d& pixel) const {
-  const Vector2d p = normalized(pixel);
-  return {cx_px + fx_px * p.x(), cy_px + fy_px * p.y()};
-}
-
 bool Lens::folds() const {
   constexpr int kDirections = 64;
   constexpr double kStep = 0.005, kFar = 10.0;  // 84° off the axis

@@ -39,8 +39,6 @@ struct Lens {
   /// (x, y) at depth 1 that is seen at a pixel: inverse of `project`, to 1e-10 where the lens does
   /// not fold.
   Eigen::Vector2d normalized(const Eigen::Vector2d& pixel) const;
-  /// Pixel at which a camera with the same matrix and without distortion would see it.
-  Eigen::Vector2d undistorted(const Eigen::Vector2d& pixel) const;
   /// Whether the distortion maps two directions within the picture on one pixel: then it describes
   /// no lens.
   bool folds() const;

@@ -91,14 +91,6 @@ foxglove::FrameTransforms to_transforms(const kin::ArmModel& arm,
   return transforms;
 }
 
-foxglove::SceneUpdate to_table(const kin::Table& table, std::chrono::nanoseconds stamp) {
-  foxglove::SceneUpdate update;
-  foxglove::SceneEntity& entity = add_entity(update, "table", "world", stamp);
-  draw_table(entity, table);
-  draw_object(entity, table, table.object);
-  return update;
-}
-
 foxglove::SceneUpdate to_robot(const kin::ArmModel& arm, double closure,
                                std::chrono::nanoseconds stamp) {
   foxglove::SceneUpdate update;

@@ -23,9 +23,6 @@ foxglove::FrameTransforms to_transforms(const kin::ArmModel& arm,
                                         const std::vector<kin::GoalPlace>& goals,
                                         std::chrono::nanoseconds stamp);
 
-/// The table with the object at its given place, all in frame "world".
-foxglove::SceneUpdate to_table(const kin::Table& table, std::chrono::nanoseconds stamp);
-
 /// The arm as it looks: link i as a rod from joint to joint in frame "robot/i", the hand in frame
 /// "robot/tool". Thinner than its safety balls. `closure`: of the hand, 0 open .. 1 closed [1].
 foxglove::SceneUpdate to_robot(const kin::ArmModel& arm, double closure,

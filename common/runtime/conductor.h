@@ -134,9 +134,6 @@ class Conductor {
 
   Time time() const { return time_; }  ///< time of the steps last released
   bool ended() const { return ended_; }
-  /// Names of participants that have not joined yet.
-  std::vector<std::string> missing() const { return {awaited_.begin(), awaited_.end()}; }
-  std::size_t members() const { return members_.size(); }
   /// True if time waits for this node's report.
   bool awaits(std::uint64_t start_id) const {
     const auto it = members_.find(start_id);

@@ -52,7 +52,6 @@ class SubSocket {
   void retire(std::uint64_t publisher) {
     if (endpoints_.contains(publisher)) retired_.emplace(publisher, Clock::now() + kLastWords);
   }
-  bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
 
   /// Tells a publisher how many of its messages did not come.
   void tell_missed(std::uint64_t publisher, std::uint64_t messages) {

@@ -36,25 +36,6 @@ unsigned expedited(unsigned command, int bytes) {
   return command | static_cast<unsigned>(4 - bytes) << 2 | 3u;
 }
 
-Sdo parse_sdo(const Frame& f, unsigned data_command, Sdo::Kind data, unsigned empty_command,
-              Sdo::Kind empty) {
-  Sdo s;
-  if (f.length != 8) return s;
-  const unsigned command = f.data[0];
-  s.object = {static_cast<std::uint16_t>(*unsigned_at(f, 1, 2)), f.data[3]};
-  s.value = *unsigned_at(f, 4, 4);
-  if (command == 0x80) {
-    s.kind = Sdo::Kind::abort;
-  } else if (command >> 5 == empty_command >> 5) {
-    s.kind = empty;
-  } else if (command >> 5 == data_command >> 5 && (command & 2u) != 0) {  // expedited
-    s.kind = data;
-    s.bytes = (command & 1u) != 0 ? 4 - static_cast<int>(command >> 2 & 3u) : 4;
-    if (s.bytes < 4) s.value &= (1u << 8 * s.bytes) - 1u;
-  }
-  return s;
-}
-
 struct Text {
   std::uint32_t code;
   const char* text;
@@ -160,19 +141,26 @@ Frame sdo_upload(int node, Object object) { return sdo(kSdoRequest, node, 0x40, 
 Frame sdo_download(int node, Object object, std::uint32_t value, int bytes) {
   return sdo(kSdoRequest, node, expedited(0x20, bytes), object, value);
 }
-Frame sdo_uploaded(int node, Object object, std::uint32_t value, int bytes) {
-  return sdo(kSdoResponse, node, expedited(0x40, bytes), object, value);
-}
-Frame sdo_downloaded(int node, Object object) { return sdo(kSdoResponse, node, 0x60, object, 0); }
 Frame sdo_abort(int node, Object object, std::uint32_t code) {
   return sdo(kSdoResponse, node, 0x80, object, code);
 }
 
-Sdo parse_sdo_request(const Frame& f) {
-  return parse_sdo(f, 0x20, Sdo::Kind::download, 0x40, Sdo::Kind::upload);
-}
 Sdo parse_sdo_response(const Frame& f) {
-  return parse_sdo(f, 0x40, Sdo::Kind::uploaded, 0x60, Sdo::Kind::downloaded);
+  Sdo s;
+  if (f.length != 8) return s;
+  const unsigned command = f.data[0];
+  s.object = {static_cast<std::uint16_t>(*unsigned_at(f, 1, 2)), f.data[3]};
+  s.value = *unsigned_at(f, 4, 4);
+  if (command == 0x80) {
+    s.kind = Sdo::Kind::abort;
+  } else if (command >> 5 == 0x60 >> 5) {
+    s.kind = Sdo::Kind::downloaded;
+  } else if (command >> 5 == 0x40 >> 5 && (command & 2u) != 0) {  // expedited
+    s.kind = Sdo::Kind::uploaded;
+    s.bytes = (command & 1u) != 0 ? 4 - static_cast<int>(command >> 2 & 3u) : 4;
+    if (s.bytes < 4) s.value &= (1u << 8 * s.bytes) - 1u;
+  }
+  return s;
 }
 
 std::string abort_text(std::uint32_t code) { return find(kAborts, code, 8); }

@@ -43,20 +43,16 @@ std::string text(Object object);  ///< "60C2:01"
 /// Expedited SDO, client to server. `bytes` is 1, 2 or 4.
 can::Frame sdo_upload(int node, Object object);
 can::Frame sdo_download(int node, Object object, std::uint32_t value, int bytes);
-/// SDO, server to client.
-can::Frame sdo_uploaded(int node, Object object, std::uint32_t value, int bytes);
-can::Frame sdo_downloaded(int node, Object object);
 can::Frame sdo_abort(int node, Object object, std::uint32_t code);
 
-/// An SDO frame taken apart, of either direction.
+/// A response of an SDO server taken apart.
 struct Sdo {
-  enum class Kind : std::uint8_t { upload, download, uploaded, downloaded, abort, unsupported };
+  enum class Kind : std::uint8_t { uploaded, downloaded, abort, unsupported };
   Kind kind = Kind::unsupported;
   Object object;
   std::uint32_t value = 0;  ///< data, or abort code
   int bytes = 0;            ///< bytes of data
 };
-Sdo parse_sdo_request(const can::Frame& frame);
 Sdo parse_sdo_response(const can::Frame& frame);
 
 std::string abort_text(std::uint32_t code);

@@ -31,11 +31,6 @@ DriveState decode_statusword(std::uint16_t statusword) {
   return DriveState::unknown;
 }
 
-std::uint16_t encode_statusword(DriveState state) {
-  const auto* shown = std::ranges::find(kShown, state, &Shown::state);
-  return static_cast<std::uint16_t>((shown == kShown.end() ? 0u : shown->bits) | 0x0210u);
-}
-
 std::uint16_t towards_enabled(DriveState state, std::uint16_t previous, QuickStop quick_stop) {
   using namespace controlword;
   switch (state) {

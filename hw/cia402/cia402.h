@@ -9,9 +9,6 @@ namespace mimesis::hw::cia402 {
 
 /// State shown by statusword 6041h.
 DriveState decode_statusword(std::uint16_t statusword);
-/// Statusword bits of a state, as a drive shows them (bit 4 voltage enabled and bit 9 remote are
-/// set).
-std::uint16_t encode_statusword(DriveState state);
 
 /// Commands in controlword 6040h.
 namespace controlword {
@@ -24,8 +21,7 @@ inline constexpr std::uint16_t kNewSetpoint = 0x10, kAtOnce = 0x20, kStartHoming
 
 /// Bits of statusword 6041h that depend on the mode.
 namespace statusword {
-inline constexpr std::uint16_t kReached = 0x0400, kAcknowledged = 0x1000, kHomingAttained = 0x1000,
-                               kHomingError = 0x2000;
+inline constexpr std::uint16_t kReached = 0x0400, kAcknowledged = 0x1000, kHomingError = 0x2000;
 }
 
 /// End of a drive's quick stop (605Ah).

@@ -134,18 +134,5 @@ TEST(Viewer, FramesOfTheRobotAreThoseOfItsKinematics) {
       1e-12);
 }
 
-TEST(Viewer, TheTableStandsInTheWorldWithItsObject) {
-  const kin::Table table = load_table(kModels + "bar_table.yaml");
-  const auto update = to_table(table, {});
-  ASSERT_EQ(update.entities_size(), 1);
-  const auto& entity = update.entities(0);
-  EXPECT_EQ(entity.frame_id(), "world");
-  EXPECT_EQ(entity.cubes_size(), static_cast<int>(table.boxes.size()));
-  EXPECT_EQ(entity.spheres_size(), static_cast<int>(table.balls.size() + table.goals.size()));
-  ASSERT_EQ(entity.cylinders_size(), 1);
-  EXPECT_DOUBLE_EQ(entity.cylinders(0).pose().position().z(), table.object.z());
-  EXPECT_DOUBLE_EQ(entity.cylinders(0).size().z(), table.object_height);
-}
-
 }  // namespace
 }  // namespace mimesis::model

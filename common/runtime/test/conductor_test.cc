@@ -52,7 +52,6 @@ TEST(Conductor, TimeWaitsForAllParticipants) {
   EXPECT_TRUE(c.advance().empty());
   c.join(join("b", 2, 10.0));
   EXPECT_TRUE(c.advance().empty());
-  EXPECT_EQ(c.missing(), std::vector<std::string>{"a"});
   c.join(join("a", 1, 10.0));
   EXPECT_EQ(c.advance().size(), 2U);
   EXPECT_EQ(c.time(), 0ns);

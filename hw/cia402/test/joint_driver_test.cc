@@ -195,7 +195,8 @@ TEST_F(Bench, ReportsAnSdoAbortInWords) {
     for (const can::Frame& f : std::span(in).first(count)) {
       const Identity id = identify(f);
       if (id.kind != Identity::Kind::sdo_request || id.node != 5) continue;
-      stubborn->send(std::array{sdo_abort(5, parse_sdo_request(f).object, 0x06020000)});
+      stubborn->send(std::array{sdo_abort(
+          5, {static_cast<std::uint16_t>(f.data[1] | f.data[2] << 8), f.data[3]}, 0x06020000)});
     }
   }
   EXPECT_EQ(

@@ -586,9 +586,9 @@ TEST(CognitionNode, RefusesLinksThatDoNotFit) {
     testing::Loopback bus;
     CognitionParams params = given;
     params.links = file.path;
-    const std::string refused = testing::refusal([&] { const CognitionNode node(params, bus); });
-    EXPECT_NE(refused.find(why), std::string::npos) << refused;
-    EXPECT_NE(refused.find(file.path), std::string::npos) << refused;
+    const std::string words = testing::refusal([&] { const CognitionNode node(params, bus); });
+    EXPECT_NE(words.find(why), std::string::npos) << words;
+    EXPECT_NE(words.find(file.path), std::string::npos) << words;
   };
   refused("\"version\":2", "\"version\":1", "is of version 1, expected 2");
   refused("mimesis-links", "other", "expected \"format\"");

@@ -223,9 +223,9 @@ TEST(FieldNetwork, AFileExtendsAnother) {
   const PassingFile file("more.yaml");
   const auto refused = [&](const std::string& text, const std::string& why) {
     file.write("version: 1\nextends: " + text);
-    const std::string refused =
+    const std::string words =
         testing::refusal([&] { const FieldNetwork<float> network(load_network(file.path)); });
-    EXPECT_NE(refused.find(why), std::string::npos) << refused;
+    EXPECT_NE(words.find(why), std::string::npos) << words;
   };
   refused("bar_fields.yaml\nlinks:\n  - {from: PFC, to: PFX, gain: 1}\n",
           file.path + ":4:21: links.12.to: 'PFX' is no field");

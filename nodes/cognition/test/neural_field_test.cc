@@ -174,8 +174,8 @@ TEST(NeuralField, RepeatsEveryBitWithoutAllocating) {
 
 TEST(NeuralField, RefusesImpossibleConstants) {
   const auto refused = [](FieldParams p, double dt_s, const char* what) {
-    const std::string refused = testing::refusal([&] { const NeuralField<double> field(p, dt_s); });
-    EXPECT_NE(refused.find(what), std::string::npos) << refused;
+    const std::string words = testing::refusal([&] { const NeuralField<double> field(p, dt_s); });
+    EXPECT_NE(words.find(what), std::string::npos) << words;
   };
   refused({.threshold1 = 0.0, .threshold2 = 0.0}, kDt_s, "threshold1");
   refused({.resting_level = 1.0}, kDt_s, "resting_level");

@@ -153,8 +153,8 @@ TEST(WalkerParams, RateAndStepTimeAreThoseOfTheRobotsFile) {
   p.robot = ::testing::TempDir() + "robot_of_walker_params_test.yaml";
   std::ofstream(p.robot) << text;
   EXPECT_EQ(p.settings(model::load_biped(p.robot)).gait->step_s, 0.7);
-  const std::string refused = mimesis::testing::refusal([&] { p.robot_rate_hz(); });
-  EXPECT_EQ(refused, p.robot + ": rate_hz: 250, expected 200: the walker's gains belong to it");
+  const std::string words = mimesis::testing::refusal([&] { p.robot_rate_hz(); });
+  EXPECT_EQ(words, p.robot + ": rate_hz: 250, expected 200: the walker's gains belong to it");
 }
 
 TEST(WalkerParams, FiguresOfTheGaitReplaceThoseOfTheRobot) {

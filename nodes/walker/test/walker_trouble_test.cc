@@ -252,8 +252,8 @@ TEST(WalkerNode, BadParametersNameTheirKey) {
     WalkerParams p = params();
     spoil(p);
     mimesis::testing::Loopback bus;
-    const std::string refused = mimesis::testing::refusal([&] { const WalkerNode node(p, bus); });
-    EXPECT_NE(refused.find(what), std::string::npos) << refused;
+    const std::string words = mimesis::testing::refusal([&] { const WalkerNode node(p, bus); });
+    EXPECT_NE(words.find(what), std::string::npos) << words;
   };
   refused([](WalkerParams& p) { p.robot = "lwr4.yaml"; }, "lwr4.yaml");
 }

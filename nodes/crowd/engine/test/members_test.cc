@@ -217,8 +217,8 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
   const auto refused = [&](const std::function<void(Agent&)>& spoil, const std::string& word) {
     auto bad = some_agents(2);
     spoil(bad[1]);
-    const std::string refused = mimesis::testing::refusal([&] { crowd.add(0, bad); });
-    EXPECT_NE(refused.find(word), std::string::npos) << refused;
+    const std::string words = mimesis::testing::refusal([&] { crowd.add(0, bad); });
+    EXPECT_NE(words.find(word), std::string::npos) << words;
     EXPECT_EQ(crowd.size(), 0);
   };
   refused([](Agent& a) { a.id = 1; }, "agent 1 is there already");
