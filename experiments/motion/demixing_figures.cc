@@ -8,6 +8,7 @@
 #include "common/motion/demix/held_out.h"
 #include "common/motion/mocap/trials.h"
 #include "common/shared_data.h"
+#include "experiments/motion/baselines.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/grafted_raises.h"
 #include "experiments/motion/wigner.h"

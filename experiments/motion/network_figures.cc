@@ -4,12 +4,12 @@
 #include <numbers>
 #include <sstream>
 
-#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/held_out.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/model/motion_model.h"
 #include "common/plot/gnuplot.h"
 #include "experiments/motion/avatar_network.h"
+#include "experiments/motion/baselines.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/film.h"
 #include "experiments/motion/styled_walks.h"

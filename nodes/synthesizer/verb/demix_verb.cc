@@ -15,7 +15,6 @@
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/held_out.h"
 #include "common/motion/demix/sisa.h"
-#include "common/motion/demix/spectrum.h"
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/trials.h"
@@ -79,40 +78,19 @@ ordered_json joint_errors(const mocap::Trials& set, const Mixture& mixture) {
   return out;
 }
 
-/// A short period has fewer of them than sources may be asked for.
-int most_harmonics(const mocap::Trials& set) {
-  return static_cast<int>(demix::harmonic_count(set.samples.cols()));
-}
-
-/// Q and Q2 of a mixture, beside principal components, sinusoids, and as many principal components
-/// as have the same number of parameters. `held`: of the mixture; null: none is asked for.
+/// Q and Q2 of a mixture, beside as many principal components. `held`: of the mixture; null: none
+/// is asked for.
 ordered_json make_report(const mocap::Trials& set, const Mixture& mixture, const std::string& name,
                          Delays delays, const demix::HeldOut* held) {
   ordered_json report{
       {"trials", set.trials.size()}, {"rows", set.rows.size()}, {"samples", set.samples.cols()}};
   report.update(measure(name, set, mixture, delays, held));
-  const int k = report["sources"], most = static_cast<int>(demix::rank(set));
-  const int equal = std::min(
-      demix::components_of_equal_size(set, report["parameters"].get<std::int64_t>()), most);
-  using Learn = std::function<Mixture(const mocap::Trials&)>;
-  const auto other = [&](const char* title, Delays has, const Learn& learn) {
-    demix::HeldOut its;
-    if (held != nullptr) its = demix::held_out(set, has, false, learn);
-    return measure(title, set, learn(set), has, held == nullptr ? nullptr : &its);
-  };
-  const auto pca = [](int count) {
-    return [count](const mocap::Trials& of) { return demix::principal_components(of, count); };
-  };
-  report["others"] = {other("principal components (PCA)", Delays::none, pca(std::min(k, most))),
-                      other("independent components (FastICA)", Delays::none,
-                            [&](const mocap::Trials& of) {
-                              return demix::independent_components(of, std::min(k, most));
-                            }),
-                      other("sinusoids, free phases", Delays::free,
-                            [&](const mocap::Trials& of) {
-                              return demix::sinusoids(of, std::min(k, most_harmonics(of)));
-                            }),
-                      other("PCA of about as many parameters", Delays::none, pca(equal))};
+  const int k = std::min(report["sources"].get<int>(), static_cast<int>(demix::rank(set)));
+  const auto pca = [k](const mocap::Trials& of) { return demix::principal_components(of, k); };
+  demix::HeldOut its;
+  if (held != nullptr) its = demix::held_out(set, Delays::none, false, pca);
+  report["others"] = {measure("principal components (PCA)", set, pca(set), Delays::none,
+                              held == nullptr ? nullptr : &its)};
   report["joints"] = joint_errors(set, mixture);
   return report;
 }
@@ -153,7 +131,7 @@ void print(const ordered_json& report) {
 }
 
 /// NAME-sources.png and NAME-quality.png in the folder: Q against K for 1..up_to sources of the
-/// method and the others. Returns the files. @param options  sources is not used
+/// method and of PCA. Returns the files. @param options  sources is not used
 std::vector<std::string> plot_demixing(const std::string& folder, const std::string& name,
                                        const mocap::Trials& set, const Mixture& mixture,
                                        demix::SisaOptions options, int up_to) {
@@ -164,7 +142,7 @@ std::vector<std::string> plot_demixing(const std::string& folder, const std::str
   std::vector<std::string> files = {path("-sources.png"), path("-quality.png")};
   synthesizer::plot_sources(files[0], mixture.sources, mixture.fixed, name + ": sources");
   synthesizer::QualityCurve ours{options.tied ? "anechoic, tied delays" : "anechoic", {}, {}},
-      pca{"PCA", {}, {}, true}, sines{"sinusoids, free phases", {}, {}, true};
+      pca{"PCA", {}, {}, true};
   const auto add = [&set](synthesizer::QualityCurve& curve, int k, const Mixture& m) {
     curve.sources.push_back(k);
     curve.quality.push_back(demix::quality(set.samples, m.reconstruct()));
@@ -174,9 +152,8 @@ std::vector<std::string> plot_demixing(const std::string& folder, const std::str
     options.sources = k;
     if (k > given) add(ours, k, demix::sisa(set, options).mixture);
     add(pca, k, demix::principal_components(set, k));
-    if (k <= most_harmonics(set)) add(sines, k, demix::sinusoids(set, k));
   }
-  synthesizer::plot_quality(files[1], {ours, pca, sines}, "Q", name + ": quality and sources");
+  synthesizer::plot_quality(files[1], {ours, pca}, "Q", name + ": quality and sources");
   return files;
 }
 

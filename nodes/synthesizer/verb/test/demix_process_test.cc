@@ -120,7 +120,7 @@ TEST_F(Demix, LearnsAModelWithItsProvenance) {
   EXPECT_EQ(report["trials"], 6);
   EXPECT_GT(report["Q"], 0.999);
   EXPECT_GT(report["Q2"], report["Q"]);
-  EXPECT_EQ(report["others"].size(), 4U);
+  EXPECT_EQ(report["others"].size(), 1U);
   EXPECT_LT(report["others"][0]["Q"], report["Q"]);
   EXPECT_LT(report["joints"][0]["rms_rad"], 1e-3);
   EXPECT_NE(errors_.find("a standard one of 1.70 m"), std::string::npos) << errors_;
@@ -191,7 +191,7 @@ TEST_F(Demix, TheTableSaysTheSame) {
   ASSERT_EQ(run({path("waves.csv"), "-k", "3", "--fixed", "1", "-o", path("m.motion.json")}), 0)
       << errors_;
   EXPECT_NE(output_.find("anechoic (SISA)"), std::string::npos) << output_;
-  EXPECT_NE(output_.find("PCA of about as many parameters"), std::string::npos);
+  EXPECT_NE(output_.find("principal components (PCA)"), std::string::npos);
   EXPECT_NE(output_.find("lknee"), std::string::npos);
   EXPECT_EQ(motion::load_motion_model(path("m.motion.json")).fixed, 1);
 }
