@@ -49,8 +49,6 @@ void add_plan(CLI::App& program, int& exit_code) {
   sub->add_option("-o,--out", o->out, "File to write")->required()->type_name("FILE");
   sub->add_option("--nodes", o->settings.nodes, "Number of nodes [2500]")
       ->check(CLI::Range(100, 20000));
-  sub->add_option("--neighbours", o->settings.neighbours, "Links of a node [4]")
-      ->check(CLI::Range(2, 32));
   sub->add_option("--margin-m", o->margin_m, "Least distance of the arm to itself [0.002]")
       ->check(number_not_below_zero);
   sub->add_option("--seed", o->settings.seed, "Another one gives other nodes [1]");

@@ -130,11 +130,12 @@ void print(const ordered_json& report) {
   joints.print(std::cout, bold);
 }
 
-/// NAME-sources.png and NAME-quality.png in the folder: Q against K for 1..up_to sources of the
+/// NAME-sources.png and NAME-quality.png in the folder: Q against K for 1..8 sources of the
 /// method and of PCA. Returns the files. @param options  sources is not used
 std::vector<std::string> plot_demixing(const std::string& folder, const std::string& name,
                                        const mocap::Trials& set, const Mixture& mixture,
-                                       demix::SisaOptions options, int up_to) {
+                                       demix::SisaOptions options) {
+  constexpr int kUpTo = 8;
   std::filesystem::create_directories(folder);
   const auto path = [&](const char* what) {
     return (std::filesystem::path(folder) / (name + what)).string();
@@ -148,7 +149,7 @@ std::vector<std::string> plot_demixing(const std::string& folder, const std::str
     curve.quality.push_back(demix::quality(set.samples, m.reconstruct()));
   };
   const int given = static_cast<int>(options.fixed.rows());
-  for (int k = 1; k <= std::min(up_to, static_cast<int>(demix::rank(set))); ++k) {
+  for (int k = 1; k <= std::min(kUpTo, static_cast<int>(demix::rank(set))); ++k) {
     options.sources = k;
     if (k > given) add(ours, k, demix::sisa(set, options).mixture);
     add(pca, k, demix::principal_components(set, k));
@@ -249,7 +250,7 @@ struct Options {
   std::vector<std::string> files, styles;
   TrialFileOptions trials;
   demix::SisaOptions sisa;
-  int fixed = 0, smooth = 0, up_to = 8;
+  int fixed = 0, smooth = 0;
   bool average = false, whole_clips = false, json = false, held_out = true;
   std::string out, name, plot_dir, trials_out, export_to;
 };
@@ -416,7 +417,7 @@ int run(Options& o) {
   }
   std::vector<std::string> plots;
   if (!o.plot_dir.empty()) {
-    plots = plot_demixing(o.plot_dir, o.name, files.set, mixture, o.sisa, o.up_to);
+    plots = plot_demixing(o.plot_dir, o.name, files.set, mixture, o.sisa);
   }
   const double seconds = seconds_since(started);
   if (!o.json) {
@@ -513,9 +514,6 @@ void add_demix(CLI::App& program, int& exit_code) {
       ->type_name("FILE");
   verb->add_option("--plot", o->plot_dir, "PNG of the sources, and of Q against K (needs gnuplot)")
       ->type_name("DIR");
-  verb->add_option("--up-to", o->up_to, "Largest K of that plot")
-      ->check(CLI::Range(1, 64))
-      ->capture_default_str();
   verb->add_flag("--json", o->json, "Print one JSON object at the end");
   verb->footer(
       "Q = 1 - |X - X'|/|X| and Q2 = 1 - |X - X'|^2/|X|^2 over all rows, means removed, of the\n"

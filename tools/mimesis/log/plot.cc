@@ -32,7 +32,8 @@ constexpr WireUnit kUnits[] = {
 
 using google::protobuf::FieldDescriptor;
 
-constexpr double kNanosecondsOfPlot = 1e9;   // log times are in ns
+constexpr double kNanosecondsOfPlot = 1e9;  // log times are in ns
+constexpr int kWidth_px = 1200;
 constexpr std::size_t kColumnsPerPixel = 2;  // a vector picture can be enlarged a little
 
 /// "planning" of TASK_STATE_PLANNING.
@@ -73,17 +74,13 @@ class CurveReader {
 
   std::vector<Curve> curves() {
     std::vector<Curve> all;
-    for (auto& [key, state] : states_) all.push_back(std::move(state.curve));
+    for (auto& [key, curve] : curves_) all.push_back(std::move(curve));
     return all;
   }
 
  private:
   /// Query, node, element.
   using Key = std::tuple<std::size_t, std::string, FieldColumns::Key>;
-  struct State {
-    Curve curve;
-    std::optional<CurveThinning::Point> before = {};  ///< sample before, by its sender's stamp
-  };
 
   void check(const std::string& text, FieldColumns& query) {
     bool numbers = false;
@@ -110,19 +107,12 @@ class CurveReader {
 
   void sample(std::size_t q, const std::string& node, const FieldColumns::Key& key,
               const FieldColumns::Value& v, const log::Message& m) {
-    auto it = states_.find({q, node, key});
-    if (it == states_.end()) it = states_.emplace(Key{q, node, key}, make(q, node, key, v)).first;
-    State& state = it->second;
-    Curve& curve = state.curve;
-    double value = field_number(v.message, v.field, v.index);
+    auto it = curves_.find({q, node, key});
+    if (it == curves_.end()) it = curves_.emplace(Key{q, node, key}, make(q, node, key, v)).first;
+    Curve& curve = it->second;
+    const double value = field_number(v.message, v.field, v.index);
     if (curve.discrete) {
       curve.words.try_emplace(static_cast<int>(value), value_word(v, static_cast<int>(value)));
-    }
-    if (options_.derivative) {  // by the sender's stamps: the receipt jitters
-      const CurveThinning::Point now{seconds(m.publish_time), value};
-      const auto before = std::exchange(state.before, now);
-      if (!before || now.time_s <= before->time_s) return;
-      value = (now.value - before->value) / (now.time_s - before->time_s);
     }
     curve.thinning.add({seconds(m.log_time), value});
     ++curve.samples;
@@ -131,18 +121,15 @@ class CurveReader {
     curve.greatest = std::max(curve.greatest, value);
   }
 
-  State make(std::size_t q, const std::string& node, const FieldColumns::Key& key,
+  Curve make(std::size_t q, const std::string& node, const FieldColumns::Key& key,
              const FieldColumns::Value& v) const {
     const std::string& topic = queries_[q].topic();
     std::string label = topic + "." + queries_[q].name(key);
     if (nodes_.at(topic).size() > 1) label += " (" + node + ")";
-    const bool discrete =
-        !options_.derivative && (v.field.cpp_type() == FieldDescriptor::CPPTYPE_ENUM ||
-                                 v.field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL);
-    Quantity quantity = quantity_of(v.field.name());
-    if (options_.derivative) quantity.unit = derivative_unit(quantity.unit);
-    const auto columns = static_cast<std::size_t>(options_.width_px) * kColumnsPerPixel;
-    return {{q, label, quantity, {}, discrete, CurveThinning(start_s_, end_s_, columns)}};
+    const bool discrete = v.field.cpp_type() == FieldDescriptor::CPPTYPE_ENUM ||
+                          v.field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL;
+    return {q,  label,    quantity_of(v.field.name()),
+            {}, discrete, CurveThinning(start_s_, end_s_, kWidth_px * kColumnsPerPixel)};
   }
 
   /// From the start of the log.
@@ -160,7 +147,7 @@ class CurveReader {
   LogDecoder decoder_;
   std::vector<FieldColumns> queries_;
   std::map<std::string, std::set<std::string>> nodes_;  ///< by topic
-  std::map<Key, State> states_;
+  std::map<Key, Curve> curves_;
 };
 
 // --- Pictures
@@ -195,12 +182,11 @@ std::vector<Panel> panels_of(const std::vector<Curve>& curves) {
   return panels;
 }
 
-std::string y_label(const std::vector<Curve>& curves, const Panel& panel, bool derivative) {
+std::string y_label(const std::vector<Curve>& curves, const Panel& panel) {
   std::set<std::string> names;
   for (const std::size_t i : panel) names.insert(curves[i].quantity.name);
   const std::string& unit = curves[panel.front()].quantity.unit;
   std::string name = names.size() == 1 ? *names.begin() : "";
-  if (derivative && !name.empty()) name = "d/dt " + name;
   if (unit.empty()) return name;
   return name.empty() ? unit : name + " [" + unit + "]";
 }
@@ -287,8 +273,7 @@ std::string value_range(const std::vector<Curve>& curves, const Panel& panel) {
 
 std::string draw_panel(const std::vector<Curve>& curves, const Panel& panel,
                        const PlotOptions& options, const std::string& topic) {
-  std::string script =
-      "set ylabel " + plot::quoted(y_label(curves, panel, options.derivative)) + "\n";
+  std::string script = "set ylabel " + plot::quoted(y_label(curves, panel)) + "\n";
   if (curves[panel.front()].discrete) {
     script += word_tics(curves, panel);
   } else {
@@ -364,13 +349,6 @@ Quantity quantity_of(const std::string& field) {
   return q;
 }
 
-std::string derivative_unit(const std::string& unit) {
-  if (unit.empty()) return "1/s";
-  if (unit == "s") return "";
-  if (unit.ends_with("/s")) return unit + "²";
-  return unit + "/s";
-}
-
 std::vector<Curve> read_curves(const std::vector<OpenLog>& logs, const PlotOptions& options,
                                std::uint64_t& failures) {
   CurveReader reader(logs, options);
@@ -393,8 +371,7 @@ void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
     if (d.rows.empty()) d.rows.push_back({0.0, std::numeric_limits<double>::quiet_NaN()});
     data.push_back(std::move(d));
   }
-  const std::string title =
-      !options.title.empty() || topic.empty() ? options.title : topic.substr(0, topic.size() - 1);
+  const std::string title = topic.empty() ? "" : topic.substr(0, topic.size() - 1);
   std::string script = fmt::format(
       "set key at graph 1.01, graph 1.02 left top Left reverse\n"
       "set grid back linetype 1 linecolor rgb '#e0e0e0' linewidth 1 dashtype 1\n"
@@ -408,11 +385,9 @@ void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
     script += draw_panel(curves, panel, options, topic);
   }
   script += "unset multiplot\n";
-  const int height = options.height_px > 0
-                         ? options.height_px
-                         : kFirstPanelHeight + kPanelHeight * (static_cast<int>(panels.size()) - 1);
+  const int height = kFirstPanelHeight + kPanelHeight * (static_cast<int>(panels.size()) - 1);
   const bool svg = std::filesystem::path(options.output).extension() == ".svg";
-  (svg ? plot::plot_svg : plot::plot_png)(options.output, options.width_px, height, data, script);
+  (svg ? plot::plot_svg : plot::plot_png)(options.output, kWidth_px, height, data, script);
 }
 
 void add_plot(CLI::App& verb, int& exit_code) {
@@ -424,16 +399,9 @@ void add_plot(CLI::App& verb, int& exit_code) {
       ->required();
   sub->add_option("-o,--output", o->output, "Picture: NAME.png or NAME.svg")->required();
   add_time_options(*sub, o->range);
-  sub->add_option("--title", o->title, "Above the picture");
-  sub->add_option("--width", o->width_px, "[px]")
-      ->check(CLI::Range(100, 10'000))
-      ->capture_default_str();
-  sub->add_option("--height", o->height_px, "[px]; by the number of panels")
-      ->check(CLI::Range(100, 10'000));
   sub->add_option("--style", o->style, "lines, steps or dots")
       ->check(CLI::IsMember({"lines", "steps", "dots"}))
       ->capture_default_str();
-  sub->add_flag("--derivative", o->derivative, "Change per second instead of the value");
   sub->add_flag("--json", o->json, "Print one JSON object at the end");
   sub->footer(
       "Fields of different units get a panel each, with a common axis of time. Needs gnuplot.\n"

@@ -13,13 +13,12 @@
 namespace mimesis::tool {
 
 /// Unit of a quantity by the end of its name, as an axis shows it: "velocity_rad_s" -> "rad/s";
-/// empty if it has none. With its time derivative: "rad/s²".
+/// empty if it has none.
 struct Quantity {
   std::string name;  ///< without the unit, in words: "velocity"
   std::string unit;
 };
 Quantity quantity_of(const std::string& field);
-std::string derivative_unit(const std::string& unit);
 
 /// Thins a curve to a few points per column of pixels: the first, the least, the greatest, the last
 /// and one that is not a number. Its picture is the same, spikes of one sample included. Memory is
@@ -92,12 +91,9 @@ struct PlotOptions {
   std::vector<std::string> words = {};   ///< files, then fields
   std::vector<std::string> fields = {};  ///< "TOPIC.FIELD"
   TimeRange range = {};
-  std::string output = {};  ///< *.png or *.svg
-  std::string title = {};
-  int width_px = 1200;
-  int height_px = 0;            ///< 0: by the number of panels
+  std::string output = {};      ///< *.png or *.svg
   std::string style = "lines";  ///< lines, steps or dots
-  bool derivative = false, json = false;
+  bool json = false;
 };
 
 /// Reads the curves, in the order of the options. Times are from the start of the log.

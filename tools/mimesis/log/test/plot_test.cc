@@ -28,9 +28,6 @@ TEST(Plot, UnitsOfTheClosedList) {
   EXPECT_EQ(text("closure"), "closure []");
   EXPECT_EQ(text("x_m"), "x [m]");
   EXPECT_EQ(text("_m"), " m []");
-  EXPECT_EQ(derivative_unit("rad"), "rad/s");
-  EXPECT_EQ(derivative_unit("m/s"), "m/s²");
-  EXPECT_EQ(derivative_unit(""), "1/s");
 }
 
 TEST(Plot, ThinningKeepsEverySpikeAndTheGaps) {
@@ -109,16 +106,6 @@ TEST_F(PlotTest, ACurveForEachElementWithItsTimesAndBounds) {
   EXPECT_EQ(all[2].greatest, 0.5);  // infinity is a gap
 }
 
-TEST_F(PlotTest, DerivativeByTheSendersStamps) {
-  const auto all = curves({.fields = {"x/arm.position_rad[0]"}, .derivative = true});
-  ASSERT_EQ(all.size(), 1u);
-  EXPECT_EQ(all[0].quantity.unit, "rad/s");
-  const auto points = all[0].thinning.points();
-  ASSERT_EQ(points.size(), 4u);
-  EXPECT_NEAR(points[0].value, 2.0, 1e-12);   // 1 rad in 0.5 s
-  EXPECT_NEAR(points[3].value, 14.0, 1e-12);  // 9 to 16
-}
-
 TEST_F(PlotTest, EnumsAndBooleansHaveWords) {
   const auto all = curves({.fields = {"x/arm.drives[0]", "x/arm.operational"}});
   ASSERT_EQ(all.size(), 2u);
@@ -131,7 +118,7 @@ TEST_F(PlotTest, EnumsAndBooleansHaveWords) {
 
 TEST_F(PlotTest, PicturesOfEverythingThatCanBeInALog) {
   const TestFolder folder;
-  PlotOptions options{.fields = {"x/arm"}, .title = "it's \"quoted\" [x]"};
+  PlotOptions options{.fields = {"x/arm"}};
   auto all = curves(options);
   all.push_back(all.front());
   all.back().label = "other/topic.with 'quotes'";
