@@ -1,11 +1,16 @@
 // `mimesis top`: the nodes of a graph, their load and their health, once a second.
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <deque>
 #include <fstream>
 #include <functional>
@@ -15,6 +20,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
+#include <string>
 
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
@@ -25,13 +31,84 @@
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"
-#include "tools/mimesis/terminal_keys.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// While one lives, the terminal on standard input gives single keys without echo. It is restored
+/// however the process ends, and while it is suspended. One per process.
+class TerminalKeys {
+ public:
+  TerminalKeys() {
+    if (isatty(STDIN_FILENO) != 1 || tcgetpgrp(STDIN_FILENO) != getpgrp() ||
+        tcgetattr(STDIN_FILENO, &before_) != 0) {
+      return;
+    }
+    during_ = before_;
+    during_.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    during_.c_cc[VMIN] = 0;  // read() never blocks
+    during_.c_cc[VTIME] = 0;
+    const auto on_deadly = [](int signal) {
+      restore();
+      raise(signal);  // SA_RESETHAND: now it has its default effect
+    };
+    for (const int signal : kDeadly) handle(signal, on_deadly, SA_RESETHAND | SA_NODEFER);
+    const auto on_suspend = [](int) {
+      restore();
+      raise(SIGSTOP);
+    };
+    handle(SIGTSTP, on_suspend, SA_RESTART);
+    const auto on_continue = [](int) {
+      if (tcgetpgrp(STDIN_FILENO) == getpgrp()) tcsetattr(STDIN_FILENO, TCSANOW, &during_);
+    };
+    handle(SIGCONT, on_continue, SA_RESTART);
+    ours_ = tcsetattr(STDIN_FILENO, TCSANOW, &during_) == 0;
+  }
+  ~TerminalKeys() {
+    if (!ours_) return;
+    restore();
+    for (const int signal : kDeadly) handle(signal, SIG_DFL, 0);
+    handle(SIGTSTP, SIG_DFL, 0);
+    handle(SIGCONT, SIG_DFL, 0);
+  }
+  TerminalKeys(const TerminalKeys&) = delete;
+  TerminalKeys& operator=(const TerminalKeys&) = delete;
+
+  /// Standard input; -1 if it is no terminal, belongs to another job now, or is at its end.
+  int fd() const {
+    // In the background reading would stop the process.
+    return ours_ && !gone_ && tcgetpgrp(STDIN_FILENO) == getpgrp() ? STDIN_FILENO : -1;
+  }
+  /// What was typed since the last call.
+  std::string read() {
+    pollfd item{fd(), POLLIN, 0};
+    if (poll(&item, 1, 0) <= 0) return {};
+    std::array<char, 64> bytes{};
+    const ssize_t n = ::read(STDIN_FILENO, bytes.data(), bytes.size());
+    gone_ = n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN);
+    return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(0, n))};
+  }
+
+ private:
+  // Signals that kill at once. SIGINT and SIGTERM only end the loop (StopSignal).
+  static constexpr std::array kDeadly{SIGHUP, SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL};
+
+  // Async-signal-safe [POSIX].
+  static void restore() { tcsetattr(STDIN_FILENO, TCSANOW, &before_); }
+  static void handle(int signal, void (*handler)(int), int flags) {
+    struct sigaction action {};
+    action.sa_handler = handler;
+    action.sa_flags = flags;
+    sigemptyset(&action.sa_mask);
+    sigaction(signal, &action, nullptr);
+  }
+
+  static inline termios before_{}, during_{};
+  bool ours_ = false, gone_ = false;
+};
 
 struct Options : GraphOptions {
   int count = 0;  ///< of refreshes; 0: until stopped

@@ -9,10 +9,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,7 +24,8 @@
 #include "common/runtime/registry.h"
 #include "common/time.h"
 #include "tools/mimesis/launch/hosts.h"
-#include "tools/mimesis/launch/line_log.h"
+#include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/launch/say.h"
 #include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/table.h"
 
@@ -38,6 +42,103 @@ std::string busy(nanoseconds passed, nanoseconds limit) {
   if (passed < 1.5 * limit) return {};
   return fmt::format(" of a quiet machine: {:.0f} s passed, the machine is too slow",
                      to_seconds(passed));
+}
+
+constexpr std::size_t kMaxFile = std::size_t{64} << 20;
+constexpr std::size_t kMostShown = 500;  // lines a second
+
+void write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t n = write(fd, text.data(), text.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return;
+    text.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+/// "info: ready" of a node's log line "[20:29:56.316] [vision] info: ready"; empty for other lines.
+std::string_view log_words(std::string_view line) {
+  constexpr std::size_t kTime = 13;  // "[20:29:56.316"
+  if (!line.starts_with('[') || line.size() < kTime || line.substr(kTime, 3) != "] [") return {};
+  const std::size_t end = line.find("] ", kTime + 3);
+  return end == std::string_view::npos ? std::string_view() : line.substr(end + 2);
+}
+
+/// Copies the lines of a node to a file, which ends at 64 MiB, and with the node's name in front to
+/// our standard error: all of them, or none, or those that are no information of its log, at most
+/// 500 a second: who prints more would wait for the terminal. Writes that fail are given up
+/// silently: a full disk or a closed terminal must not stop the robot's launcher.
+class LineLog {
+ public:
+  enum class Shown { all, no_information, none };
+
+  /// @throws std::runtime_error if the file cannot be opened.
+  LineLog(const std::string& name, const std::string& file, Shown shown);
+  ~LineLog() { tell_held(); }
+  LineLog(const LineLog&) = delete;
+  LineLog& operator=(const LineLog&) = delete;
+
+  void take(const std::string& text, bool error);
+  /// The last line on standard error that is no information of a node's log, empty before there is
+  /// one: often the reason why a node ended.
+  const std::string& last_error() const { return last_error_; }
+
+ private:
+  void show(std::string_view text);
+  bool too_many();
+  void tell_held();
+
+  std::string prefix_;
+  Shown shown_;
+  Fd file_;
+  std::size_t written_ = 0;
+  std::chrono::steady_clock::time_point second_{};  ///< its end
+  std::size_t shown_in_second_ = 0, held_ = 0;
+  std::string last_error_;
+};
+
+LineLog::LineLog(const std::string& name, const std::string& file, Shown shown)
+    : prefix_("[" + name + "] "),
+      shown_(shown),
+      file_(open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
+  if (!file_.open()) throw std::runtime_error(file + ": " + std::strerror(errno));
+}
+
+void LineLog::take(const std::string& text, bool error) {
+  if (error && text.find("] info: ") == std::string::npos) last_error_ = text;
+  show(text);
+  if (written_ > kMaxFile) return;
+  written_ += text.size() + 1;
+  write_all(file_.get(), text + "\n");
+  if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
+}
+
+bool LineLog::too_many() {
+  if (const auto now = std::chrono::steady_clock::now(); now >= second_) {
+    tell_held();
+    second_ = now + std::chrono::seconds(1);
+    shown_in_second_ = 0;
+  }
+  if (++shown_in_second_ <= kMostShown) return false;
+  ++held_;
+  return true;
+}
+
+void LineLog::tell_held() {
+  if (held_ == 0) return;
+  status_line().clear();
+  write_all(STDERR_FILENO, prefix_ + "(" + std::to_string(std::exchange(held_, 0)) +
+                               " lines more: see its .log)\n");
+}
+
+void LineLog::show(std::string_view text) {
+  const std::string_view words = log_words(text);
+  const bool information = words.starts_with("info: ") || words.starts_with("debug: ");
+  if (shown_ == Shown::none || (information && shown_ != Shown::all) || too_many()) return;
+  status_line().clear();
+  // The name stands in front already.
+  const std::string time = words.empty() ? "" : std::string(text.substr(1, 12)) + " ";
+  write_all(STDERR_FILENO, prefix_ + time + printable(words.empty() ? text : words, "\t") + "\n");
 }
 
 /// One node of a run: its process, its output, and where it stands.

@@ -5,15 +5,19 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
 
+#include "common/log/writer.h"
 #include "common/machine_time.h"
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
 #include "common/testing/temporary_folder.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/log/test/copy_log.h"
+#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 namespace {
@@ -104,6 +108,34 @@ class RecordedCounters {
   std::string clock_;
   std::unique_ptr<Process> recorder_, conductor_, a_, b_;
 };
+
+/// Writes a copy of a log without the messages for which `keep` is false; it may change the
+/// payload.
+void copy_log(const std::string& from, const std::string& to,
+              const std::function<bool(const log::Channel& channel, std::uint32_t seq,
+                                       std::string& payload)>& keep) {
+  const auto logs = open_logs({from});
+  const auto sink = log::create_file(to);
+  ASSERT_TRUE(sink);
+  log::Writer writer(**sink, {});
+  std::map<std::uint16_t, std::uint16_t> channels;
+  auto reader = merged(logs);
+  while (const auto* item = reader.next()) {
+    std::string payload(item->message->data);
+    if (!keep(*item->channel, item->message->sequence, payload)) continue;
+    std::uint16_t& id = channels[item->channel->id];
+    if (id == 0) {
+      const auto schema =
+          writer.add_schema(item->schema->name, item->schema->encoding, item->schema->data);
+      id = *writer.add_channel(*schema, item->channel->topic, "protobuf", item->channel->metadata);
+    }
+    log::Message message = *item->message;
+    message.channel_id = id;
+    message.data = payload;
+    ASSERT_TRUE(writer.write(message));
+  }
+  ASSERT_TRUE(writer.finish());
+}
 
 class Replay : public ::testing::Test {
  protected:
