@@ -5,7 +5,6 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/walker/conduct.h"
-#include "nodes/walker/walk_drawing.h"
 #include "nodes/walker/walker_messages.h"
 #include "nodes/walker/walker_params.h"
 
