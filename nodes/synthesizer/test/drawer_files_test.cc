@@ -94,7 +94,7 @@ TEST_F(DrawerFiles, TheNodeLearnsFromThem) {
     }
     return motions;
   };
-  const auto read = play(folder_, 1), made = play("", 3);
+  const auto read = play(folder_.path(), 1), made = play("", 3);
   bool reached = false;
   for (std::size_t i = 0; i < made.size(); ++i) {
     ASSERT_EQ(read[i].SerializeAsString(), made[i].SerializeAsString()) << i;

@@ -22,13 +22,6 @@ class RecordedCycles : public ::testing::Test {
   void SetUp() override { SKIP_WITHOUT_SHARED(); }
 };
 
-std::string path_of(const std::string& clip) {
-  const std::string kind = clip.ends_with(".amc")         ? "cmu_amc/"
-                           : clip.starts_with("dataset-") ? "bandai_nc/"
-                                                          : "cmu_bvh/";
-  return shared_mocap() + kind + clip;
-}
-
 BodyClip body_of(const std::string& clip) { return to_body(read_clip(path_of(clip))); }
 
 /// The same with the angles counted from the file's own zero posture, as the reference has them.

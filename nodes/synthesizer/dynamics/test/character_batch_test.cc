@@ -200,9 +200,9 @@ TEST(CharacterBatch, BlendsAreLinearInTheParameters) {
 
 TEST(CharacterBatch, ModelsThatDoNotFitAreRefused) {
   auto refused = [](const motion::MotionModel& model, const char* what) {
-    const std::string refused =
+    const std::string words =
         mimesis::testing::refusal([&] { const CharacterBatch batch(model, 1); });
-    EXPECT_NE(refused.find(what), std::string::npos) << refused;
+    EXPECT_NE(words.find(what), std::string::npos) << words;
   };
   const motion::MotionModel good = random_model(1);
   motion::MotionModel bad = good;
