@@ -12,7 +12,6 @@
 #include "common/model/files.h"
 #include "common/robot/biped.h"
 #include "common/runtime/bus.h"
-#include "proto/foxglove/scene.pb.h"
 #include "proto/walker.pb.h"
 
 namespace mimesis::walker {

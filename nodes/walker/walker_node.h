@@ -7,6 +7,7 @@
 #include "nodes/walker/conduct.h"
 #include "nodes/walker/walker_messages.h"
 #include "nodes/walker/walker_params.h"
+#include "proto/foxglove/scene.pb.h"
 
 namespace mimesis::walker {
 

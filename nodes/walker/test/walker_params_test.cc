@@ -191,9 +191,9 @@ TEST(WalkerParams, FiguresOfTheGaitReplaceThoseOfTheRobot) {
 
 TEST(WalkerParams, FiguresOfTheGaitMustNotContradictEachOther) {
   const auto refused = [](const std::vector<std::string>& sets, const std::string& what) {
-    const std::string refused =
+    const std::string words =
         mimesis::testing::refusal([&] { (void)with(sets).settings(biped()); });
-    EXPECT_EQ(refused, what);
+    EXPECT_EQ(words, what);
   };
   const std::string no_swing =
       "walker.gait.double_support_s: more than half of step_s leaves no swing";
