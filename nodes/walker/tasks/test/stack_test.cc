@@ -423,6 +423,8 @@ TEST(Stack, BringsJointsBackFromBeyondTheirLimits) {
 
 namespace {
 
+constexpr double kKnee = 0.01;  // largest motion of the knees within a tick [rad]
+
 /// A robot in half-sitting with its knees bent more or less by an angle.
 class LegRoomTest : public ::testing::TestWithParam<robot::Biped> {
  protected:
