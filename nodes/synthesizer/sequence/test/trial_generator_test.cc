@@ -25,8 +25,81 @@ struct Feasibility {
   bool feasible() const;
 };
 
-Feasibility assess(const mocap::Body& body, const RenderedTrial& trial);
-/// The worst of both, member by member.
+mocap::BodyPose pose_of(const mocap::Body& body, const RenderedTrial& trial, Eigen::Index i) {
+  return forward_kinematics(
+      body,
+      std::span<const double, mocap::kBodyRows>(trial.angle_rad.col(i).data(), mocap::kBodyRows),
+      trial.pelvis_W_m.col(i));
+}
+
+// Follows the ground points of one foot through their stands.
+class GroundPoint {
+ public:
+  void sample(bool on_ground, const Eigen::Vector3d& p_W, Feasibility* f) {
+    f->penetration_m = std::max(f->penetration_m, -p_W.z());
+    if (on_ground && !stands_) since_ = p_W;
+    if (on_ground) f->stance_slide_m = std::max(f->stance_slide_m, (p_W - since_).norm());
+    stands_ = on_ground;
+  }
+
+ private:
+  bool stands_ = false;
+  Eigen::Vector3d since_ = Eigen::Vector3d::Zero();
+};
+
+void joints(const RenderedTrial& trial, Eigen::Index i, Feasibility* f) {
+  auto angle = [&](int joint) { return trial.angle_rad.block<3, 1>(3 * joint, i); };
+  auto more = [](double* most, double x) { *most = std::max(*most, x); };
+  for (const int knee : {mocap::kLeftKnee, mocap::kRightKnee}) {
+    f->least_knee_rad = std::min(f->least_knee_rad, angle(knee).y());
+    more(&f->most_knee_rad, angle(knee).y());
+  }
+  for (const int j : {mocap::kLeftElbow, mocap::kRightElbow})
+    more(&f->most_elbow_rad, angle(j).norm());
+  for (const int j : {mocap::kLeftHip, mocap::kRightHip}) more(&f->most_hip_rad, angle(j).norm());
+  for (const int j : {mocap::kLeftAnkle, mocap::kRightAnkle})
+    more(&f->most_ankle_rad, angle(j).norm());
+  for (const int j : {mocap::kSpine, mocap::kChest, mocap::kNeck, mocap::kHead})
+    more(&f->most_trunk_rad, angle(j).norm());
+  if (i == 0) return;
+  const double dt = trial.time_s(i) - trial.time_s(i - 1);
+  for (int j = 0; j < mocap::kBodyJoints; ++j)
+    more(&f->joint_speed_rad_s, (angle(j) - trial.angle_rad.block<3, 1>(3 * j, i - 1)).norm() / dt);
+  const Eigen::Vector3d v = (trial.pelvis_W_m.col(i) - trial.pelvis_W_m.col(i - 1)) / dt;
+  more(&f->pelvis_speed_m_s, v.norm());
+  more(&f->backwards_m_s, -v.x());
+}
+
+Feasibility assess(const mocap::Body& body, const RenderedTrial& trial) {
+  Feasibility f;
+  f.short_by_m = trial.short_by_m;
+  f.least_knee_rad = 3.0;
+  std::array<GroundPoint, 2> heel, toe;
+  const auto n = trial.time_s.size(), samples = n / 5;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto pose = pose_of(body, trial, i);
+    for (const auto side : {mocap::kLeft, mocap::kRight}) {
+      const bool left = side == mocap::kLeft;
+      const int ankle = left ? mocap::kLeftAnkle : mocap::kRightAnkle,
+                wrist = left ? mocap::kLeftWrist : mocap::kRightWrist;
+      const Contact c = trial.contact[static_cast<std::size_t>(i)][side];
+      heel[side].sample(c == Contact::heel || c == Contact::flat,
+                        pose.point(ankle, body.heel_m[side]), &f);
+      toe[side].sample(c == Contact::toe || c == Contact::flat, pose.point(ankle, body.toe_m[side]),
+                       &f);
+      // the left hand holds the handle from the end of action 2 on, the right one the object at
+      // last
+      const auto holds_from = (left ? 3 : 4) * samples;
+      const Eigen::Vector3d target = left ? trial.handle_W_m.col(i) : trial.object_W_m.col(i);
+      if (i >= holds_from)
+        f.hand_error_m =
+            std::max(f.hand_error_m, (pose.point(wrist, body.hand_m[side]) - target).norm());
+    }
+    joints(trial, i, &f);
+  }
+  return f;
+}
+
 bool Feasibility::feasible() const {
   return stance_slide_m < 1e-3 && penetration_m < 5e-3 && short_by_m < 1e-3 &&
          least_knee_rad >= 0.0 && most_knee_rad < 2.3 && most_elbow_rad < 2.5 &&
