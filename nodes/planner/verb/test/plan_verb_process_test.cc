@@ -287,7 +287,7 @@ TEST(PlanVerb, PlansThePlanarArmAndDrawsIt) {
   auto words = kPlanar;
   const fs::path plan = folder() / "planar.yaml", log = folder() / "planar.mcap";
   for (const std::string word :
-       {"--json", "--out", plan.c_str(), "--scene", log.c_str(), "--plot", folder().c_str()})
+       {"--json", "--out", plan.c_str(), "--scene", log.c_str(), "--plot", folder().path().c_str()})
     words.push_back(word);
   const Ran made = run(words);
   ASSERT_EQ(made.code, 0) << made.errors;
