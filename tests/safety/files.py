@@ -93,7 +93,7 @@ def _log(rng, file, folder):
         ["check", file], ["check", file], ["info", file], ["cat", file, "--limit", "200"], ["recover", file, out],
         ["filter", file, out], ["diff", file, file], ["merge", file, file, "-o", out], ["info", file, "--json"],
         ["cat", file, "--attachment", "launch.yaml"], ["plot", file, "planner/status.state", "-o", folder / "out.png"],
-        ["view", file, out, "--all"], ["replay", file.stem, file], ["play", file, "--rate", "100"]))]
+        ["replay", file.stem, file], ["play", file, "--rate", "100"]))]
 
 
 def _mocap(rng, file, folder):

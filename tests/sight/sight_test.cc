@@ -17,7 +17,7 @@ namespace {
 
 TEST(Sight, TellsEachDemonstrationUnderOtherConditions) {
   const auto& conditions = all_conditions();
-  for (int k = 0; k < 8; ++k) {
+  for (const int k : {1, 3, 4, 6}) {  // sight_slow_test: all
     const Conditions& c = conditions[static_cast<std::size_t>(k)];
     const Verdict v = watch(picture_of(demonstration(k), c, static_cast<std::uint64_t>(200 + k)));
     EXPECT_TRUE(v.right()) << c.what << ", demonstration " << k << ": grip " << v.grip
@@ -58,7 +58,7 @@ TEST(Sight, ClassesSurviveChangesOfLight) {
   const auto between = [&random](double lo, double hi) {
     return std::uniform_real_distribution<double>(lo, hi)(random);
   };
-  for (int run = 0; run < 4; ++run) {
+  for (int run = 0; run < 2; ++run) {
     camera::Picture picture;
     picture.seed = static_cast<std::uint64_t>(50 + run);
     picture.clutter = 0;  // coloured things would be no false ones
@@ -98,18 +98,16 @@ TEST(Sight, ClassesSurviveChangesOfLight) {
 }
 
 TEST(Sight, AGoalIsHighByItsHeightNotByItsColour) {
-  for (const int k : {0, 1}) {  // to the yellow stand, to the violet one
-    camera::Picture picture;
-    picture.script.demonstration = demonstration(k);
-    std::swap(picture.table.goal_low_y_m, picture.table.goal_high_y_m);
-    const Verdict v = watch(picture);
-    EXPECT_TRUE(v.complete && v.transport) << k;
-    EXPECT_FALSE(v.goal) << k;  // what was shown goes by the colour
-  }
+  camera::Picture picture;
+  picture.script.demonstration = demonstration(1);
+  std::swap(picture.table.goal_low_y_m, picture.table.goal_high_y_m);
+  const Verdict v = watch(picture);
+  EXPECT_TRUE(v.complete && v.transport);
+  EXPECT_FALSE(v.goal);  // what was shown goes by the colour
 }
 
 TEST(Sight, FollowsObjectAndHandThroughTheMotion) {
-  for (const int k : {0, 3, 5, 6}) {
+  for (const int k : {3, 4}) {
     camera::Picture picture;
     picture.script.demonstration = demonstration(k);
     camera::Renderer renderer(picture);
@@ -170,22 +168,20 @@ TEST(Sight, CentroidsKeepStillWithinHalfAPixelUnderNoise) {
 }
 
 TEST(Sight, SeesOnlyTheGripWhenTheTeacherStopsAfterGrasping) {  // [M18 Fig. 2.20]
-  for (const int k : {0, 4}) {
-    camera::Picture picture;
-    picture.script.demonstration = demonstration(k);
-    picture.script.only_grasp = true;
-    camera::Renderer renderer(picture);
-    vision::TableWatcher watcher{vision::WatcherSetup{}};
-    image::Image frame;
-    for (double t = 0.0; t < 6.0; t += kFrame) {
-      renderer.render(t, frame);
-      watcher.watch(frame);
-    }
-    EXPECT_EQ(watcher.action().grip().value, picture.script.demonstration.grip);
-    EXPECT_EQ(watcher.action().transport().value, task::Transport::unknown);
-    EXPECT_EQ(watcher.action().goal().value, task::Goal::unknown);
-    EXPECT_FALSE(watcher.action().complete());
+  camera::Picture picture;
+  picture.script.demonstration = demonstration(4);
+  picture.script.only_grasp = true;
+  camera::Renderer renderer(picture);
+  vision::TableWatcher watcher{vision::WatcherSetup{}};
+  image::Image frame;
+  for (double t = 0.0; t < 6.0; t += kFrame) {
+    renderer.render(t, frame);
+    watcher.watch(frame);
   }
+  EXPECT_EQ(watcher.action().grip().value, picture.script.demonstration.grip);
+  EXPECT_EQ(watcher.action().transport().value, task::Transport::unknown);
+  EXPECT_EQ(watcher.action().goal().value, task::Goal::unknown);
+  EXPECT_FALSE(watcher.action().complete());
 }
 
 TEST(Sight, SeesTheGoalButNoTransportWithoutTheBar) {  // [M18 Fig. 2.21]
@@ -218,28 +214,26 @@ TEST(Sight, StartsAnewWithTheSecondDemonstration) {
 /// A tear that nothing tells, rows of the picture before below any row, changes no symbol.
 TEST(Sight, TearsAreHarmless) {
   std::mt19937 random(2929);
-  for (const int k : {1, 6}) {
-    camera::Picture picture;
-    picture.script.demonstration = demonstration(k);
-    camera::Renderer renderer(picture);
-    vision::TableWatcher watcher{vision::WatcherSetup{}};
-    image::Image frame, before;
-    for (double t = 0.0; t < renderer.end_s() + 0.3; t += kFrame) {
-      renderer.render(t, frame);
-      image::Image torn = frame;
-      if (!before.bgr.empty() && random() % 4 == 0) {
-        const auto from = static_cast<std::ptrdiff_t>(3 * 640 * (random() % 480));
-        std::copy(before.bgr.begin() + from, before.bgr.end(), torn.bgr.begin() + from);
-      }
-      watcher.watch(torn);
-      before = frame;
+  camera::Picture picture;
+  picture.script.demonstration = demonstration(6);
+  camera::Renderer renderer(picture);
+  vision::TableWatcher watcher{vision::WatcherSetup{}};
+  image::Image frame, before;
+  for (double t = 0.0; t < renderer.end_s() + 0.3; t += kFrame) {
+    renderer.render(t, frame);
+    image::Image torn = frame;
+    if (!before.bgr.empty() && random() % 4 == 0) {
+      const auto from = static_cast<std::ptrdiff_t>(3 * 640 * (random() % 480));
+      std::copy(before.bgr.begin() + from, before.bgr.end(), torn.bgr.begin() + from);
     }
-    const vision::ActionRecognizer& action = watcher.action();
-    EXPECT_EQ(action.grip().value, picture.script.demonstration.grip);
-    EXPECT_EQ(action.transport().value == task::Transport::above, k == 1);
-    EXPECT_EQ(action.goal().value == task::Goal::high, k == 6);
-    EXPECT_TRUE(action.complete());
+    watcher.watch(torn);
+    before = frame;
   }
+  const vision::ActionRecognizer& action = watcher.action();
+  EXPECT_EQ(action.grip().value, picture.script.demonstration.grip);
+  EXPECT_EQ(action.transport().value, task::Transport::below);
+  EXPECT_EQ(action.goal().value, task::Goal::high);
+  EXPECT_TRUE(action.complete());
 }
 
 TEST(Renderer, IsAPureFunctionOfTimeAndSeed) {
@@ -259,7 +253,7 @@ TEST(Renderer, IsAPureFunctionOfTimeAndSeed) {
 /// With two cameras the grip is read off the palm of the hand model: also where the palm is tilted
 /// and the hand is larger than told.
 TEST(Sight, TwoCamerasFollowTheHandItself) {
-  for (const int k : {0, 1, 2, 3}) {
+  for (const int k : {0, 3}) {
     const bool full = k % 2 == 1;
     camera::Picture picture;
     picture.looks.right_hand = k > 1;

@@ -1,4 +1,5 @@
-// All rows of all figures, and the helpers that measure.
+// All rows of all figures, and the helpers that measure. Figures that take longer than some seconds
+// are the slow suite, as in experiments/motion.
 #include "experiments/crowd/figures.h"
 
 #include <gtest/gtest.h>
@@ -12,6 +13,8 @@
 
 namespace mimesis::crowd {
 namespace {
+
+const std::set<std::string> kSlow = {"fig-4.5", "fig-4.6", "head-on", "random-starts", "table-4.1"};
 
 std::vector<std::string> names() {
   std::vector<std::string> out;
@@ -42,7 +45,13 @@ std::string test_name(const testing::TestParamInfo<std::string>& info) {
   }
   return name;
 }
-INSTANTIATE_TEST_SUITE_P(All, FigureRows, testing::ValuesIn(names()), test_name);
+std::vector<std::string> chosen(bool slow) {
+  auto all = names();
+  std::erase_if(all, [slow](const std::string& name) { return kSlow.contains(name) != slow; });
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Quick, FigureRows, testing::ValuesIn(chosen(false)), test_name);
+INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows, testing::ValuesIn(chosen(true)), test_name);
 
 TEST(Figures, AreThoseThatWereAskedFor) {
   const auto all = names();

@@ -12,8 +12,9 @@
 namespace mimesis::synthesizer {
 namespace {
 
-const std::set<std::string> kSlow = {"blending", "demixing", "fig-3.10", "fig-3.11", "fig-3.13",
-                                     "fig-3.14", "fig-3.20", "fig-3.31", "fig-3.33", "walk-styles"};
+const std::set<std::string> kSlow = {"blending", "demixing", "fig-3.10", "fig-3.11",
+                                     "fig-3.13", "fig-3.14", "fig-3.15", "fig-3.20",
+                                     "fig-3.31", "fig-3.33", "fig-3.7",  "walk-styles"};
 /// Computed from recordings, which are no part of the repository.
 const std::set<std::string> kFromRecordings = {"blending", "demixing", "fig-3.10",   "fig-3.11",
                                                "fig-3.31", "fig-3.33", "walk-styles"};
