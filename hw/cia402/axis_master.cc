@@ -21,6 +21,18 @@ bool is_missing(std::uint32_t abort_code) {
   return abort_code == 0x06020000 || abort_code == 0x06090011;
 }
 
+/// Stops the drive when its master is lost, or when it does not follow.
+bool protects(Object object) {
+  return object == object::kQuickStopOption || object == object::kAbortOption ||
+         object == object::kMasterHeartbeat || object == object::kHeartbeatLost ||
+         object == object::kRpdo1Deadline || object == object::kFollowingWindow ||
+         object == object::kFollowingTime;
+}
+
+std::uint32_t mask_of(const SetupStep& step) {
+  return step.bytes == 4 ? step.mask : step.mask & ((1u << 8 * step.bytes) - 1u);
+}
+
 std::string what(const SetupStep& step) {
   return "SDO " + text(step.object) + " (" + step.meaning + ")";
 }
@@ -54,6 +66,14 @@ void AxisMaster::restart() {
   demand_rad_ = std::nullopt;
   failure_.clear();
   notes_.clear();
+  changed_.clear();
+  audit_ = 0;
+  audited_ = {{{.kind = Kind::expect,
+                .object = object::kFollowingWindow,
+                .value = 0,
+                .bytes = 4,
+                .meaning = "largest following error"},
+               false}};
   reading_.drive = DriveState::unknown;
 }
 
@@ -163,8 +183,31 @@ void AxisMaster::on_refusal(const SetupStep& step, std::uint32_t code) {
   asked_ = std::nullopt;
 }
 
+void AxisMaster::audit(std::vector<can::Frame>& out) {
+  if (audited_.empty()) return;
+  audit_ = (audit_ + 1) % audited_.size();
+  out.push_back(sdo_upload(axis_.node_id, audited_[audit_].step.object));
+}
+
+void AxisMaster::on_audit(const Sdo& response) {
+  if (audit_ >= audited_.size() || response.object != audited_[audit_].step.object) return;
+  auto& [step, known] = audited_[audit_];
+  if (response.kind == Sdo::Kind::abort) {  // a drive without it
+    if (!known) audited_.erase(audited_.begin() + static_cast<std::ptrdiff_t>(audit_));
+    return;
+  }
+  if (response.kind != Sdo::Kind::uploaded) return;
+  const std::uint32_t value = response.value & mask_of(step), wanted = step.value & mask_of(step);
+  if (!std::exchange(known, true)) {
+    step.value = value;
+  } else if (value != wanted) {
+    changed_ = what(step) + ": expected " + hex(wanted) + ", is " + hex(value);
+  }
+}
+
 void AxisMaster::on_response(const Sdo& response) {
-  if (configured() || !asked_ || !failure_.empty()) return;
+  if (configured()) return on_audit(response);
+  if (!asked_ || !failure_.empty()) return;
   const SetupStep step = steps_[step_];
   if (response.object != step.object) return;  // late answer to an earlier request
   if (response.kind == Sdo::Kind::abort) return on_refusal(step, response.value);
@@ -179,12 +222,17 @@ void AxisMaster::on_response(const Sdo& response) {
     on_learnt(step, response.value);
     return next_step();
   }
-  const std::uint32_t mask =
-      step.bytes == 4 ? step.mask : step.mask & ((1u << 8 * step.bytes) - 1u);
+  const std::uint32_t mask = mask_of(step);
   const std::uint32_t value = response.value & mask;
   const bool good =
       step.kind == Kind::expect_least ? value >= step.value : value == (step.value & mask);
-  if (good) return next_step();
+  if (good) {
+    if (step.kind == Kind::write_checked && protects(step.object)) {
+      if (step.object == object::kFollowingWindow) audited_.erase(audited_.begin());
+      audited_.push_back({step});
+    }
+    return next_step();
+  }
   if (refused_ != 0 && step.without != nullptr) {
     note(step, refused_, step.without);
     return next_step();

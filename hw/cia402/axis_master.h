@@ -35,6 +35,13 @@ class AxisMaster {
     misses_ = 0;
   }
 
+  /// Precondition: configured(). Appends a request for the next object that stops the drive when
+  /// its master is lost or it does not follow: another program on the bus may change it.
+  void audit(std::vector<can::Frame>& out);
+  /// Which of them was changed: "SDO 6065:00 (largest following error): expected 0x1F40, is
+  /// 0x0000"; empty: none.
+  const std::string& changed() const { return changed_; }
+
   bool found() const { return step_ > 0; }
   bool configured() const { return step_ == steps_.size() && failure_.empty(); }
   /// Empty, or the reason why the configuration cannot continue.
@@ -94,6 +101,13 @@ class AxisMaster {
   void next_step();
   bool uploading() const;
 
+  /// An object that is read again while the drive runs.
+  struct Audited {
+    SetupStep step;
+    bool known = true;  ///< else the first answer tells how it shall be
+  };
+  void on_audit(const Sdo& response);
+
   std::string name_;
   Axis axis_;
   const std::vector<SetupStep> wanted_;
@@ -103,6 +117,9 @@ class AxisMaster {
   bool verifying_ = false;     // second half of write_checked
   std::uint32_t refused_ = 0;  // abort code of a write whose object is now read
   std::optional<Time> asked_;
+  std::vector<Audited> audited_;
+  std::size_t audit_ = 0;  // the one that was asked for last
+  std::string changed_;
   int attempts_ = 0;
   std::string failure_;
   std::vector<std::string> notes_;

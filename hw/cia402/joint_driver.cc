@@ -160,6 +160,10 @@ std::vector<std::string> JointDriver::notes() const {
 
 void JointDriver::supervise_axis(AxisMaster& axis) {
   if (axis.take_rebooted()) return lose(axis, "the drive has restarted");
+  if (!axis.changed().empty() && reading_.phase != Phase::fault) {
+    return fault(axis.name() + ": " + axis.changed() +
+                 ": another program on the bus has changed what protects it");
+  }
   if (axis.heartbeat_age(now_) > milliseconds(kDriveHeartbeatTimeoutMs)) {
     return lose(axis, "no heartbeat for " + seconds(1e-3 * kDriveHeartbeatTimeoutMs));
   }
@@ -219,6 +223,15 @@ void JointDriver::supervise_tracking() {
   }
 }
 
+/// One object of one drive a second: an answer is 8 bytes that the set-points wait for.
+void JointDriver::audit() {
+  constexpr milliseconds kPeriod(1000);
+  if (!configured_ || now_ < audit_due_) return;
+  audit_due_ = now_ + kPeriod;
+  audit_ = (audit_ + 1) % axes_.size();
+  axes_[audit_].audit(outbox_);
+}
+
 void JointDriver::supervise() {
   for (AxisMaster& axis : axes_) supervise_axis(axis);
   if (!configured_) return;
@@ -257,6 +270,11 @@ void JointDriver::supervise() {
 std::string JointDriver::reset_faults() {
   if (reading_.phase != Phase::fault) return "there is no fault";
   if (!configured_) return "drives are missing: " + reading_.reason;
+  for (AxisMaster& axis : axes_) {
+    if (axis.changed().empty()) continue;
+    axis.restart();  // it is set up again, and idle then
+    configured_ = false;
+  }
   reset_until_ = now_ + from_seconds(options_.transition_timeout_s);
   return {};
 }
@@ -328,6 +346,7 @@ const Reading& JointDriver::read(Time now) {
       fault("no cycle for " + seconds(to_seconds(pause)));
     }
     configured_ ? supervise() : set_up();
+    audit();
   }
   publish();
   return reading_;

@@ -51,6 +51,7 @@ class JointDriver final : public PhasedActuators {
   void receive();
   void set_up();
   void supervise();
+  void audit();
   void count_answers();
   void supervise_tracking();
   void supervise_axis(AxisMaster& axis);
@@ -73,7 +74,8 @@ class JointDriver final : public PhasedActuators {
   std::vector<double> posture_;
   std::vector<int> astray_;  // measurements in a row, by axis
 
-  Time heartbeat_due_{};
+  Time heartbeat_due_{}, audit_due_{};
+  std::size_t audit_ = 0;    // the axis that was asked last
   Time silent_until_{};      // after bus-off
   Time halted_until_{};      // after a drive was lost in motion
   Time retry_at_{};          // after a failed set-up

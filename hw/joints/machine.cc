@@ -92,7 +92,8 @@ double bits_per_second(std::span<const cia402::Axis> axes, const Joints& joints,
         joints.walks ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables));
     for (const auto& map : maps) cycle += map.empty() ? 0 : bits(cia402::bytes_of(map));
   }
-  return rate_hz * cycle + kHeartbeat_hz * (count + 1.0) * bits(1);
+  constexpr double kAudit_hz = 1.0;  // an object of a drive is read again: request and answer
+  return rate_hz * cycle + kHeartbeat_hz * (count + 1.0) * bits(1) + kAudit_hz * 2.0 * bits(8);
 }
 
 }  // namespace

@@ -204,6 +204,35 @@ TEST_F(Bench, ReportsAnSdoAbortInWords) {
       "A2 (node 5): SDO 1000:00 (a drive of profile 402): object does not exist (0x06020000)");
 }
 
+/// Another program on the bus weakens what stops a drive: noticed while it runs, and mended.
+TEST_F(Bench, StopsWhenTheProtectionOfADriveIsChanged) {
+  enable();
+  follow(30s);  // all of it has been read once
+  ASSERT_EQ(reading().phase, Phase::following) << reading().reason;
+  struct Case {
+    Object object;
+    std::uint32_t value;
+    int bytes;
+  };
+  for (const Case& c :
+       {Case{object::kAbortOption, 0, 2}, Case{object::kMasterHeartbeat, 0x7F'7530, 4},
+        Case{object::kRpdo1Deadline, 30'000, 2}, Case{object::kFollowingWindow, 0xFFFFFFFF, 4}}) {
+    tap->send(std::array{sdo_download(5, c.object, c.value, c.bytes)});
+    for (int k = 0; k < 6000 && reading().phase == Phase::following; ++k) follow(kCycle);
+    EXPECT_EQ(reading().phase, Phase::fault) << text(c.object);
+    EXPECT_TRUE(reading().reason.starts_with("A2 (node 5): SDO " + text(c.object)))
+        << reading().reason;
+    EXPECT_NE(reading().reason.find("another program on the bus"), std::string::npos);
+    idle(1s);
+    EXPECT_FALSE(any_enabled());
+    EXPECT_EQ(driver->reset_faults(), "");
+    idle(2s);
+    ASSERT_EQ(reading().phase, Phase::idle) << reading().reason;
+    follow(40s);
+    ASSERT_EQ(reading().phase, Phase::following) << reading().reason;
+  }
+}
+
 TEST_F(Bench, ADriveFaultStopsAllAxes) {
   enable();
   rack->drives()[1].inject(sim::Trouble::overcurrent);

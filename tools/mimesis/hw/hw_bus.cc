@@ -191,10 +191,43 @@ int hw_scan(const HwOptions& options) {
   return kNotFound;
 }
 
+namespace {
+
+/// Objects that stop a drive whose master is lost, or that does not follow. The bridge writes them
+/// before it enables the drive, and counts on them.
+bool protects(const cia402::Object& object) {
+  constexpr std::array<std::uint16_t, 8> kProtection{0x1016, 0x1017, 0x1029, 0x6007,
+                                                     0x605A, 0x605E, 0x6065, 0x6066};
+  return std::ranges::count(kProtection, object.index) > 0 ||
+         (object.index == 0x1400 && object.sub == 5);
+}
+
+/// Beside a bridge that runs, a write changes what it has set. @throws ConfigError
+void respect_protection(const HwOptions& options, const cia402::Object& object) {
+  const std::string graph = options.graph.empty() ? runtime::graph_name() : options.graph;
+  std::string bridge;
+  for (const v1::NodeInfo& node : runtime::GraphView(graph).nodes()) {
+    for (const v1::ServiceInfo& service : node.services()) {
+      if (service.service() == node.name() + "/enable") bridge = node.name();
+    }
+  }
+  if (bridge.empty()) return;
+  if (protects(object) && !options.force) {
+    throw ConfigError(fmt::format(
+        "hw sdo: {} protects the drive when its master is lost or it does not follow, and node {} "
+        "counts on it: --force writes it all the same",
+        cia402::text(object), bridge));
+  }
+  std::cerr << fmt::format("hw sdo: node {} of graph {} may be moving this drive\n", bridge, graph);
+}
+
+}  // namespace
+
 int hw_sdo(const HwOptions& options) {
   const cia402::Object object = object_of(options.object);
-  const auto bus = open_bus(options.bus, options);
   const bool writes = !options.value.empty();
+  if (writes) respect_protection(options, object);
+  const auto bus = open_bus(options.bus, options);
   const auto done =
       transfer(*bus,
                writes ? cia402::SdoTransfer::download(options.node, object, bytes_of(options))

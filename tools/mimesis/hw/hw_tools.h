@@ -16,6 +16,7 @@ struct HwOptions : GraphOptions {
   std::string file;                 ///< machine file
   int node = 0;                     ///< CANopen node
   std::string object, value, type;  ///< hw sdo; object: hw monitor, too
+  bool force = false;               ///< hw sdo: also what protects the drive
   double degrees_c = 1.0;           ///< hw monitor: of one unit of a temperature
   bool frames = false;              ///< hw monitor: frames, not a table
   int count = 0;                    ///< hw monitor: tables or frames; 0: no end

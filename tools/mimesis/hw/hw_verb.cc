@@ -97,6 +97,10 @@ void add_hw(CLI::App& program, int& exit_code) {
   sdo->add_option("--type", options->type,
                   "Type of the object; read without it: unsigned or text, by its length")
       ->check(CLI::IsMember({"u8", "u16", "u32", "i8", "i16", "i32", "text"}));
+  sdo->add_flag(
+      "--force", options->force,
+      "Beside a bridge, write also what protects the drive (1016h, 1029h, 1400h:05, 6007h, "
+      "6065h ...)");
   sdo->footer(
       "Exit codes: 0 done, 1 refused by the node, 2 usage, 3 no answer.\nExamples:\n  mimesis hw "
       "sdo socketcan:can0 3 6041\n"

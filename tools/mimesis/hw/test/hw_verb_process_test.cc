@@ -64,6 +64,22 @@ TEST_F(Hw, ScanFindsTheDrives) {
   EXPECT_EQ(run({"scan", "can0"}), 2);
 }
 
+TEST_F(Hw, SdoLeavesToABridgeWhatProtectsADrive) {
+  testing::TestNode bridge(graph_, {}, {}, "bridge");
+  bridge.bus().serve("enable", v1::Publication::default_instance(),
+                     v1::Publication::default_instance(),
+                     [](const std::string& request) { return request; });
+  bridge.open();
+  for (const char* object : {"1016:01", "6065", "6007", "1400:05"}) {
+    EXPECT_EQ(run({"sdo", "embedded:arm", "3", object, "1", "--type", "u32"}), 2) << object;
+    EXPECT_NE(err_.find("node bridge counts on it: --force"), std::string::npos) << err_;
+    EXPECT_EQ(run({"sdo", "embedded:arm", "3", object}), 0) << err_;
+  }
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6065", "1234", "--type", "u32", "--force"}), 0);
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "2000", "name", "--type", "text"}), 0) << err_;
+  EXPECT_NE(err_.find("may be moving this drive"), std::string::npos) << err_;
+}
+
 TEST_F(Hw, SdoReadsWritesAndSaysWhyNot) {
   ASSERT_EQ(run({"sdo", "embedded:arm", "3", "6065"}), 0) << err_;
   EXPECT_EQ(out_, "8000 (0x00001F40)\n");
