@@ -16,11 +16,12 @@ namespace mimesis::tool {
 class TopicFilter {
  public:
   /// `include`, `exclude`: extended regular expressions (POSIX) for the whole topic, empty: none.
+  /// `option`: that of `include`, for messages.
   /// @throws ConfigError if one of them is invalid.
   TopicFilter(std::vector<std::string> topics, const std::string& include,
-              const std::string& exclude)
+              const std::string& exclude, const std::string& option = "--regex")
       : topics_(std::move(topics)),
-        include_(compile("--regex", include)),
+        include_(compile(option, include)),
         exclude_(compile("--exclude", exclude)) {}
   bool operator()(const std::string& topic) const {
     if (exclude_ && matches(*exclude_, topic)) return false;

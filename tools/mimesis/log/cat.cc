@@ -21,6 +21,7 @@
 #include "common/error.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
+#include "tools/mimesis/json_depth.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
@@ -120,13 +121,16 @@ class MessagePrinter {
       if (invalid_++ == 0) note(item, "holds messages that are not of their type: lengths only");
       return printer.fields.empty() ? text.bytes(data) : text.raw("}");
     }
-    if (printer.json && nlohmann::json::accept(data)) {
+    constexpr int kDeepest = 200;  // deeper ones would end this program, or what reads its lines
+    const bool deep = printer.json && nested_deeper(data, kDeepest);
+    if (printer.json && !deep && nlohmann::json::accept(data)) {
       if (data.find('\n') == std::string_view::npos) return text.raw(data);
       return text.raw(nlohmann::ordered_json::parse(data).dump());
     }
     if (noted_.insert(item.channel).second) {
-      note(item,
-           fmt::format("'{}' cannot be decoded: lengths only", item.channel->message_encoding));
+      note(item, deep ? fmt::format("JSON nested deeper than {}: lengths only", kDeepest)
+                      : fmt::format("'{}' cannot be decoded: lengths only",
+                                    item.channel->message_encoding));
     }
     text.bytes(data);
   }

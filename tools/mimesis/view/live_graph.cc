@@ -8,6 +8,7 @@
 #include "common/time.h"
 #include "proto/params.pb.h"
 #include "tools/mimesis/graph_tools.h"
+#include "tools/mimesis/json_depth.h"
 
 namespace mimesis::view {
 namespace {
@@ -18,6 +19,8 @@ constexpr std::int64_t kTimePeriod_ns = 20'000'000;
 
 /// Values of parameters are YAML, which for them is JSON, too.
 nlohmann::json value_of(const v1::Param& param) {
+  constexpr int kDeepest = 16;
+  if (tool::nested_deeper(param.value(), kDeepest)) return param.value();
   auto value = nlohmann::json::parse(param.value(), nullptr, /*allow_exceptions=*/false);
   return value.is_discarded() ? nlohmann::json(param.value()) : value;
 }
@@ -45,9 +48,10 @@ tl::expected<v1::ParamSet, Status> ask(const std::vector<v1::NodeInfo>& nodes,
 
 }  // namespace
 
-LiveGraph::LiveGraph(Server& server, std::string graph)
+LiveGraph::LiveGraph(Server& server, std::string graph, tool::TopicFilter topics)
     : server_(server),
       graph_(std::move(graph)),
+      topics_(std::move(topics)),
       view_(graph_),
       tap_(
           graph_, [](const std::string&) { return false; }, runtime::Policy::latest),
@@ -105,6 +109,7 @@ void LiveGraph::announce() {
   Connections connections;
   for (const v1::NodeInfo& node : infos_) {
     for (const v1::TopicInfo& out : node.outputs()) {
+      if (!topics_(out.topic())) continue;
       connections.published[out.topic()].insert(node.name());
       const auto [known, fresh] = channels_.try_emplace({out.topic(), out.type_hash()});
       if (fresh)
@@ -114,6 +119,7 @@ void LiveGraph::announce() {
         channels.push_back(known->second);
     }
     for (const v1::TopicInfo& in : node.inputs()) {
+      if (!topics_(in.topic())) continue;
       if (!in.topic().empty() && in.topic() != "*")
         connections.subscribed[in.topic()].insert(node.name());
     }

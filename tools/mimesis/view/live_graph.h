@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/runtime/raw.h"
+#include "tools/mimesis/topic_filter.h"
 #include "tools/mimesis/view/server.h"
 
 namespace mimesis::view {
@@ -13,7 +14,8 @@ namespace mimesis::view {
 /// looks at; parameters and services are those of its nodes.
 class LiveGraph {
  public:
-  LiveGraph(Server& server, std::string graph);
+  /// `topics`: those that are shown
+  LiveGraph(Server& server, std::string graph, tool::TopicFilter topics);
   ~LiveGraph();
   /// Passes on what comes within about 5 ms.
   void step();
@@ -34,6 +36,7 @@ class LiveGraph {
 
   Server& server_;
   const std::string graph_;
+  const tool::TopicFilter topics_;
   runtime::GraphView view_;
   runtime::Tap tap_;
   std::vector<v1::NodeInfo> infos_;

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "tools/mimesis/json_depth.h"
+
 namespace mimesis::view {
 namespace {
 
@@ -211,17 +213,10 @@ MessageHeader message_header(std::uint32_t subscription, std::uint64_t ns) {
 
 tl::expected<Request, std::string> parse_text(std::string_view text) {
   constexpr int kDeepest = 16;
-  int depth = 0;
-  const auto shallow = [&depth](int, Json::parse_event_t event, Json&) {
-    if (event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start) {
-      if (++depth > kDeepest) throw std::invalid_argument("nested too deeply");
-    }
-    if (event == Json::parse_event_t::object_end || event == Json::parse_event_t::array_end)
-      --depth;
-    return true;
-  };
+  if (tool::nested_deeper(text, kDeepest))
+    return tl::unexpected(fmt::format("not understood: nested deeper than {}", kDeepest));
   try {
-    return parse(Json::parse(text, shallow));
+    return parse(Json::parse(text));   // a callback that watches the depth makes it quadratic
   } catch (const std::exception& e) {  // of the library or ours: all say what was expected
     return tl::unexpected(std::string("not understood: ") + e.what());
   }

@@ -37,8 +37,10 @@ using Payload = std::shared_ptr<const std::string>;
 using HttpRequest = http::request<http::string_body>;
 using HttpResponse = http::response<http::string_body>;
 
-constexpr std::size_t kMostClients = 64, kMostControl = 4096;
-constexpr std::size_t kMostAsked = 1024;  // requests that wait for the owner
+// Seats of those who say the key, and of strangers: these leave those free.
+constexpr std::size_t kMostClients = 64, kMostStrangers = 32, kMostControl = 4096;
+constexpr std::size_t kLargestOfStranger = 64 << 10;  // they subscribe, and no more [bytes]
+constexpr std::size_t kMostAsked = 1024;              // requests that wait for the owner
 constexpr std::chrono::seconds kHttpPatience{10};
 constexpr std::chrono::milliseconds kPause{100};  // before a connection is accepted again
 
@@ -161,7 +163,7 @@ struct Server::Impl {
   std::map<std::uint32_t, Last> latched;  ///< of channels that somebody listens to
   std::map<std::uint64_t, std::weak_ptr<Client>> clients;
   std::uint64_t next_client = 1;
-  std::atomic<std::uint64_t> open{0}, sent{0}, left_out{0}, refused{0};
+  std::atomic<std::uint64_t> open{0}, strangers{0}, sent{0}, left_out{0}, refused{0};
 
   mutable std::mutex mutex;
   std::map<std::uint32_t, int> listeners;  ///< number of clients by channel
@@ -189,11 +191,13 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
         trusted_(trusted),
         id_(server.next_client++) {
     ++server_.open;
+    if (!trusted_) ++server_.strangers;
   }
   ~Client() {
     for (const auto& [channel, subscription] : subscriptions_) server_.set_wanted(channel, -1);
     server_.clients.erase(id_);
     --server_.open;
+    if (!trusted_) --server_.strangers;
   }
 
   void start(const HttpRequest& request, std::string_view subprotocol) {
@@ -202,7 +206,8 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
       response.set(http::field::sec_websocket_protocol,
                    beast::string_view(subprotocol.data(), subprotocol.size()));
     }));
-    socket_.read_message_max(server_.options.largest_request);
+    const std::size_t largest = server_.options.largest_request;
+    socket_.read_message_max(trusted_ ? largest : std::min(largest, kLargestOfStranger));
     socket_.auto_fragment(false);
     socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (!error) self->greet();
@@ -276,6 +281,7 @@ class Server::Impl::Client : public std::enable_shared_from_this<Client> {
     for (const auto& [subscription, channel] : all.subscriptions) {
       const Channel* known = server_.find(channel);
       if (known == nullptr) {
+        if (control_.size() >= kMostControl) return close();
         control(status(Level::warning, fmt::format("there is no channel {}", channel)));
         continue;
       }
@@ -422,7 +428,9 @@ class Server::Impl::Visit : public std::enable_shared_from_this<Visit> {
     if (const char* why = trusted ? nullptr : stranger(request)) {
       return answer(request, http::status::forbidden, {"text/plain", std::string(why) + "\n"});
     }
-    if (server_.open >= kMostClients)
+    const std::uint64_t strangers = server_.strangers;
+    const std::uint64_t seated = trusted ? server_.open - strangers : strangers;
+    if (seated >= (trusted ? kMostClients : kMostStrangers))
       return answer(request, http::status::service_unavailable,
                     {"text/plain", "too many clients\n"});
     const auto offered = request[http::field::sec_websocket_protocol];

@@ -23,7 +23,7 @@ struct ServerOptions {
   std::size_t backlog_bytes = 16 << 20;  ///< messages that wait for a slow client; then the oldest
                                          ///< of the topic with most bytes are left out
   std::size_t backlog_messages = 8192;
-  std::size_t largest_request = 1 << 20;  ///< [bytes]
+  std::size_t largest_request = 1 << 20;  ///< of those who say the key [bytes]
 };
 
 /// Serves the page, and messages by WebSocket, in a thread of its own. Calls below never wait for

@@ -25,6 +25,7 @@ namespace {
 struct Options : tool::GraphOptions {
   FilmOptions film;
   ServerOptions server;
+  std::string topics;  ///< regular expression; empty: all
   double rate = 1.0;
   bool paused = false;
   bool images = false;
@@ -94,12 +95,13 @@ int run(Options& options) {
     make_film(options.film, server);
     return 0;
   }
+  const tool::TopicFilter shown({}, options.topics, "", "--topics");
   const tool::StopSignals stop;
   Server serving(server);
   std::cout << serving.url() << std::endl;
   std::cerr << fmt::format("graph '{}'; Foxglove and Lichtblick: ws://{}:{}; Ctrl-C ends\n", graph,
                            server.address, serving.port());
-  LiveGraph live(serving, graph);
+  LiveGraph live(serving, graph, shown);
   bool waits = player && !options.paused;  // until somebody looks
   while (!stop.requested()) {
     live.step();
@@ -130,6 +132,8 @@ void add_view(CLI::App& program, int& exit_code) {
   verb->add_option("--origin", o->server.origins,
                    "A page of elsewhere that may look, as https://app.foxglove.dev (repeatable)")
       ->take_all();
+  verb->add_option("--topics", o->topics,
+                   "Show only topics that this regular expression matches as a whole");
   verb->add_option("--rate", o->rate, "Of a log and a film: recorded seconds per second")
       ->check(CLI::Range(0.001, 1000.0))
       ->capture_default_str();

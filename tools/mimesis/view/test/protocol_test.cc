@@ -102,5 +102,25 @@ TEST(Protocol, RandomBytesDoNoHarm) {
   }
 }
 
+/// The library's own watch of the depth takes a time that grows with the square of an array's
+/// length: 17 s for 180 kB, ten minutes for this message.
+TEST(Protocol, ReadsTheLargestMessageInLinearTime) {
+  std::string text = R"({"op": "subscribe", "subscriptions": [{})";
+  while (text.size() < (1 << 20)) text += ",{}";
+  EXPECT_FALSE(parse_text(text + "]}")) << "they have no ids";
+}
+
+TEST(Protocol, RefusesDeepNesting) {
+  for (const char* open : {"[", "{\"a\":"}) {
+    std::string text;
+    for (int i = 0; i < 300'000; ++i) text += open;
+    const auto parsed = parse_text(text);
+    ASSERT_FALSE(parsed);
+    EXPECT_EQ(parsed.error(), "not understood: nested deeper than 16");
+  }
+  EXPECT_TRUE(
+      parse_text(R"({"op": "getParameters", "parameterNames": ["[[[[[[[[[[[[[[[[[[[[\"{"]})"));
+}
+
 }  // namespace
 }  // namespace mimesis::view

@@ -6,6 +6,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
+#include <memory>
 #include <thread>
 
 namespace mimesis::view {
@@ -18,13 +19,13 @@ using namespace std::chrono_literals;
 /// Listens to a channel, and reads when it is told to.
 class Client {
  public:
-  explicit Client(std::uint16_t port, int channel = 1) {
+  explicit Client(std::uint16_t port, int channel = 1, const std::string& target = "/?key=k") {
     socket_.next_layer().connect({net::ip::make_address("127.0.0.1"), port});
     socket_.set_option(beast::websocket::stream_base::decorator([](auto& request) {
       request.set(beast::http::field::sec_websocket_protocol, "foxglove.sdk.v1");
     }));
     socket_.read_message_max(0);
-    socket_.handshake("127.0.0.1", "/?key=k");
+    socket_.handshake("127.0.0.1", target);
     socket_.text(true);
     socket_.write(net::buffer(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":)" +
                               std::to_string(channel) + "}]}"));
@@ -104,6 +105,23 @@ TEST(Server, OldMessagesOfASlowClientAreLeftOutAndOthersGetAll) {
   EXPECT_EQ(count + server.counters().left_out, kMessages);
   EXPECT_GE(slow.slow(), 1) << "it is told";
   EXPECT_EQ(fast.slow(), 0);
+}
+
+/// However many strangers look, those with the key have seats of their own.
+TEST(Server, StrangersTakeNoSeatOfTheOwner) {
+  Server server({.name = "test", .port = 0, .key = "k", .page = "/nowhere"});
+  server.announce(std::vector<Channel>{{1, "t", "T", "", false}});
+  std::vector<std::unique_ptr<Client>> strangers;
+  try {
+    while (strangers.size() < 100)
+      strangers.push_back(std::make_unique<Client>(server.port(), 1, "/"));
+  } catch (const boost::system::system_error&) {  // 503
+  }
+  EXPECT_GE(strangers.size(), 8U);
+  EXPECT_LT(strangers.size(), 64U);
+  Client owner(server.port());
+  EXPECT_NE(owner.next().find("serverInfo"), std::string::npos);
+  EXPECT_NE(strangers.back()->next().find("serverInfo"), std::string::npos);
 }
 
 }  // namespace
