@@ -25,13 +25,24 @@ enum class Policy {
   reliable,  ///< all messages; the publisher keeps those that do not fit, and reports it
 };
 
+/// Whose messages an input takes. One author alone: in its present start, and on the host that it
+/// is on. Messages of others are refused, said once per sender, and counted as rejected; a node
+/// that would be refused does not start.
+enum class Author {
+  any,
+  /// The topic's publisher in the launch file; without one the first that is alive, and after its
+  /// end the next.
+  first,
+  /// The topic's publisher in the launch file; without one the node that the topic names (NODE of
+  /// NODE/PORT), alive or not.
+  named,
+};
+
 struct InOptions {
   Policy policy = Policy::latest;
   std::size_t depth = 1;  ///< length of the queue of Policy::queue
-  /// Obeys one node alone: the topic's publisher in the launch file, else the one that the topic
-  /// names (NODE of NODE/PORT); in its present start and on this host. Messages of others are
-  /// refused, said once per sender, and counted as rejected.
-  bool sole = false;
+  /// Inputs that lead to the motion of a robot take one author.
+  Author author = Author::any;
   /// The node works without it: `mimesis launch` says nothing if it is not wired.
   bool optional = false;
 };

@@ -17,11 +17,13 @@ BusOptions BusOptions::complete() && {
   return std::move(*this);
 }
 
-std::string BusOptions::obeyed(std::string_view port) const {
+std::string BusOptions::obeyed(std::string_view port, Author author) const {
   const auto wired = in.find(port);
-  if (wired == in.end()) return {};
+  if (wired == in.end() || author == Author::any) return {};
   const auto publisher = from.find(port);
-  if (publisher == from.end()) return wired->second.substr(0, wired->second.find('/'));
+  if (publisher == from.end()) {
+    return author == Author::first ? "" : wired->second.substr(0, wired->second.find('/'));
+  }
   if (publisher->second.find(',') != std::string::npos) {
     throw ConfigError(
         fmt::format("--in {}={}: this input obeys one node, and the topic is published by {}", port,

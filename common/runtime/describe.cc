@@ -162,7 +162,7 @@ Json port_json(const Declared::Port& port) {
     json["policy"] = policy_word(port.in.policy);
     if (port.in.policy == Policy::queue) json["depth"] = port.in.depth;
     json["optional"] = port.in.optional;
-    json["sole"] = port.in.sole;
+    json["sole"] = port.in.author != Author::any;
   } else {
     json["latched"] = port.out.latched;
   }
@@ -268,7 +268,7 @@ std::string ports_text(const Declared& declared) {
   for (const Declared::Port& port : declared.ports) {
     std::string kind = port.input ? std::string(policy_word(port.in.policy)) : "";
     if (port.input && port.in.policy == Policy::queue) kind += fmt::format("({})", port.in.depth);
-    if (port.input && port.in.sole) kind += ", of one node";
+    if (port.input && port.in.author != Author::any) kind += ", of one node";
     if (port.input && port.in.optional) kind += ", optional";
     if (!port.input && port.out.latched) kind = "latched";
     lines += fmt::format("  {:<4}{:<24} {:<28} {}\n", port.input ? "in" : "out", port.name,

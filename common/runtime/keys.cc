@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <vector>
 
 #include "common/error.h"
 
@@ -108,6 +109,32 @@ void trust_key(const std::string& name, const std::string& key) {
     if (!line.starts_with(key + " ")) text += line + "\n";
   }
   write_file(path, text + key + " " + name + "\n");
+}
+
+std::vector<std::string> untrust_key(const std::string& name_or_key) {
+  const fs::path path = config_folder() / "trusted";
+  std::vector<std::string> gone;
+  std::string text;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string key, name;
+    words >> key >> name;
+    if (key == name_or_key || name == name_or_key) {
+      gone.push_back(key);
+    } else {
+      text += line + "\n";
+    }
+  }
+  file.close();
+  if (!gone.empty()) write_file(path, text);
+  for (const auto& [key, name] : trusted_keys()) {
+    if (key == name_or_key || name == name_or_key)
+      throw ConfigError("'" + name_or_key +
+                        "' stands in /etc/mimesis/trusted, too: remove the line there");
+  }
+  if (gone.empty()) throw ConfigError("'" + name_or_key + "': no trusted key has this name");
+  return gone;
 }
 
 std::string tcp_at(const std::string& address) {

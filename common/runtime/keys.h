@@ -2,6 +2,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace mimesis::runtime {
 
@@ -19,6 +20,9 @@ std::optional<KeyPair> own_key();
 KeyPair make_key(bool replace);
 /// Name by public key.
 std::map<std::string, std::string> trusted_keys();
+/// Takes trust back: from a name, or from a key. Returns the keys. @throws ConfigError if none is
+/// trusted so, or it stands in /etc/mimesis/trusted, which the administrator writes.
+std::vector<std::string> untrust_key(const std::string& name_or_key);
 /// Adds or renames a key. @throws ConfigError unless `key` is a public key, or on a failed write.
 void trust_key(const std::string& name, const std::string& key);
 

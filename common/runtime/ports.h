@@ -91,15 +91,18 @@ class EventPort : private InPort {
 /// Events: up to N between two steps, the oldest are dropped and counted.
 template <class M, std::size_t N>
 struct Queue : EventPort<M> {
-  Queue(Bus& bus, std::string_view port, bool optional = false)
-      : EventPort<M>(bus, port, {.policy = Policy::queue, .depth = N, .optional = optional}) {}
+  Queue(Bus& bus, std::string_view port, bool optional = false, Author author = Author::any)
+      : EventPort<M>(
+            bus, port,
+            {.policy = Policy::queue, .depth = N, .author = author, .optional = optional}) {}
 };
 
 /// Events that must not be lost.
 template <class M>
 struct Reliable : EventPort<M> {
-  Reliable(Bus& bus, std::string_view port, bool optional = false)
-      : EventPort<M>(bus, port, {.policy = Policy::reliable, .optional = optional}) {}
+  Reliable(Bus& bus, std::string_view port, bool optional = false, Author author = Author::any)
+      : EventPort<M>(bus, port,
+                     {.policy = Policy::reliable, .author = author, .optional = optional}) {}
 };
 
 /// Output port. Fills `header` (or the `timestamp` of foxglove.* messages) and publishes.

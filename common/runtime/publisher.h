@@ -14,6 +14,7 @@
 #include "common/error.h"
 #include "common/runtime/log.h"
 #include "common/runtime/sockets.h"
+#include "common/runtime/tcp_gate.h"
 #include "common/runtime/wire.h"
 
 namespace mimesis::runtime {
@@ -105,6 +106,7 @@ class Publisher {
     for (ZmqSocket* socket : {&data_, &reliable_}) {
       for (Frame message; socket->receive_first(message);) {
         limit_subscriptions(message);
+        far_.note(message);
         on_subscription(message.view(), socket == &reliable_);
         refused_ += message.more() ? 1 : 0;  // a subscription has one frame
       }
@@ -118,6 +120,8 @@ class Publisher {
     held_ = false;
     serve();
   }
+  /// Ends the connections of a host.
+  void end_connections(const std::string& key) { far_.end(key); }
   /// A reliable subscriber with this start_id is connected, its subscriptions are in force.
   bool greeted_by(std::uint64_t start_id) const { return greetings_.contains(start_id); }
 
@@ -261,6 +265,7 @@ class Publisher {
 
   std::uint64_t start_id_;
   ZmqSocket data_, reliable_;
+  FarConnections far_;
   std::map<std::string, std::unique_ptr<Topic>, std::less<>> topics_;
   std::unordered_map<std::uint64_t, int> greetings_;
   std::set<std::pair<int, std::string>> subscriptions_;    ///< by connection, which may have ended

@@ -189,6 +189,14 @@ struct Tap::Impl {
     if ((wanted || reliable) && !endpoints.empty()) socket.connect(node, endpoints[0]);
   }
 
+  void drop_revoked() {
+    for (const std::string& key : gate.revoked()) {
+      for (const auto& [start, node] : nodes) {
+        if (node.public_key() == key) socket.drop(start);
+      }
+    }
+  }
+
   /// A set that does not define the type with this hash is no one's: a stranger may say anything.
   void learn(const v1::TopicInfo& output, const v1::NodeInfo& node) {
     const auto set = node.descriptors().find(output.type());
@@ -271,6 +279,7 @@ std::optional<Tapped> Tap::next(std::chrono::milliseconds timeout) {
     notify_alive();
     impl_->follow();
     impl_->gate.serve();
+    impl_->drop_revoked();
     if (auto message = impl_->take()) return message;
     const auto left =
         std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());

@@ -24,8 +24,8 @@ std::string descriptor_set(const google::protobuf::Descriptor& type);
 
 /// $MIMESIS_GRAPH, or "default".
 std::string graph_name();
-/// $XDG_RUNTIME_DIR/mimesis/GRAPH, else mimesis-UID/GRAPH in $TMPDIR, /dev/shm or /tmp; created
-/// with mode 0700 if absent.
+/// $MIMESIS_RUNTIME_DIR/GRAPH, $XDG_RUNTIME_DIR/mimesis/GRAPH, else mimesis-UID/GRAPH in $TMPDIR,
+/// /dev/shm or /tmp; created with mode 0700 if absent.
 /// @throws ConfigError if it cannot be, or if other users could write there.
 std::string graph_directory(const std::string& graph);
 

@@ -43,9 +43,10 @@ void private_directory(const std::string& path) {
   if (lstat(path.c_str(), &st) != 0 || !S_ISDIR(st.st_mode)) {
     throw ConfigError(path + " is not a directory");
   }
-  if (st.st_uid != geteuid()) throw ConfigError(path + " belongs to another user");
+  constexpr const char* kWayOut = "; MIMESIS_RUNTIME_DIR=/FOLDER names one of your own";
+  if (st.st_uid != geteuid()) throw ConfigError(path + " belongs to another user" + kWayOut);
   if ((st.st_mode & 0077) != 0)
-    throw ConfigError(path + " is open to other users; expected mode 0700");
+    throw ConfigError(path + " is open to other users, expected mode 0700" + kWayOut);
 }
 
 /// Tells users apart in a folder that all share. User 0 of a user namespace is not the machine's
@@ -284,8 +285,14 @@ std::string graph_name() {
 std::string graph_directory(const std::string& graph) {
   check_name("graph name", graph);
   std::string base;
-  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime == '/') {
-    base = std::string(runtime) + "/mimesis";
+  const auto folder = [](const char* variable) {
+    const char* path = std::getenv(variable);
+    return std::string(path != nullptr && *path == '/' ? path : "");
+  };
+  if (const std::string own = folder("MIMESIS_RUNTIME_DIR"); !own.empty()) {
+    base = own;
+  } else if (const std::string runtime = folder("XDG_RUNTIME_DIR"); !runtime.empty()) {
+    base = runtime + "/mimesis";
   } else {
     base = (shared_folder() / ("mimesis-" + user_name())).string();
   }

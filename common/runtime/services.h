@@ -24,9 +24,12 @@ class ServiceServer {
   ZmqSocket& socket() { return socket_; }
 
   void add(const std::string& service, Handler handler) { handlers_[service] = std::move(handler); }
+  /// Ends the connections of a host.
+  void end_connections(const std::string& key) { far_.end(key); }
   /// Answers all that has arrived.
   void serve() {
     for (Frame identity; socket_.receive_first(identity);) {
+      far_.note(identity);
       Frame number, service, request;
       if (!identity.more() || !socket_.receive(number)) continue;
       if (!number.more() || !socket_.receive(service)) continue;
@@ -54,6 +57,7 @@ class ServiceServer {
   }
 
   ZmqSocket socket_;
+  FarConnections far_;
   std::map<std::string, Handler> handlers_;
 };
 

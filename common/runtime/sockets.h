@@ -152,6 +152,11 @@ class Frame {
     if (address == nullptr || !std::string_view(address).starts_with("localhost:")) return 0;
     return std::atoi(std::strrchr(address, ':') + 1);
   }
+  /// Key of the host that it came from, which TcpGate admitted; empty: it came from this host.
+  std::string peer_key() const {
+    const char* key = zmq_msg_gets(&msg_, "User-Id");
+    return key != nullptr ? key : "";
+  }
   /// File descriptor of the connection that it came by; -1: of none that lives.
   int connection() const { return zmq_msg_get(&msg_, ZMQ_SRCFD); }
   /// Ends the connection that the frame came by, if it still exists.

@@ -52,6 +52,14 @@ class SubSocket {
   void retire(std::uint64_t publisher) {
     if (endpoints_.contains(publisher)) retired_.emplace(publisher, Clock::now() + kLastWords);
   }
+  /// Closes the connection to a publisher at once.
+  void drop(std::uint64_t publisher) {
+    retired_.erase(publisher);
+    const auto it = endpoints_.find(publisher);
+    if (it == endpoints_.end()) return;
+    socket_.disconnect(it->second);
+    endpoints_.erase(it);
+  }
 
   /// Tells a publisher how many of its messages did not come.
   void tell_missed(std::uint64_t publisher, std::uint64_t messages) {

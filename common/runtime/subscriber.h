@@ -41,15 +41,23 @@ class Latencies {
 /// One input port: applies the policy, counts lost and dropped messages.
 class Input {
  public:
-  /// `owner`: name of the only node that it obeys; empty: any.
+  /// `owner`: name of the only node that it obeys; empty: any, or (Author::first) the one that it
+  /// is given later.
   Input(std::string topic, std::uint64_t type_hash, const InOptions& options, std::string owner)
-      : topic_(std::move(topic)), owner_(std::move(owner)), hash_(type_hash), options_(options) {}
+      : topic_(std::move(topic)),
+        owner_(std::move(owner)),
+        hash_(type_hash),
+        options_(options),
+        takes_first_(options.author == Author::first && owner_.empty()) {}
 
   const std::string& topic() const { return topic_; }
   std::uint64_t type_hash() const { return hash_; }
   Policy policy() const { return options_.policy; }
 
   const std::string& owner() const { return owner_; }
+  /// The first publisher that is alive becomes its owner.
+  bool takes_first() const { return takes_first_; }
+  void set_owner(const std::string& node) { owner_ = node; }
 
   /// False for a repetition (of a latched message) and for a number far from the others, which are
   /// then ignored. Counts gaps.
@@ -101,6 +109,7 @@ class Input {
   std::string topic_, owner_;
   std::uint64_t hash_;
   InOptions options_;
+  bool takes_first_;
   std::deque<Received> pending_;
   Latencies latencies_;
   std::map<std::uint64_t, SeqOrder> order_;  ///< by start_id
@@ -139,6 +148,12 @@ class Subscriber {
         if (!endpoints.empty()) (reliable ? reliable_ : data_).connect(node, endpoints[0]);
       }
     }
+  }
+  /// Hears the node no more.
+  void drop(const v1::NodeInfo& node) {
+    data_.drop(node.start_id());
+    reliable_.drop(node.start_id());
+    known_.erase(node.start_id());
   }
   void forget(const v1::NodeInfo& node) {
     data_.retire(node.start_id());

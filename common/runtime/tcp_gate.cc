@@ -1,6 +1,7 @@
 #include "common/runtime/tcp_gate.h"
 
 #include <sys/resource.h>
+#include <sys/socket.h>
 
 #include <array>
 #include <cstring>
@@ -38,6 +39,36 @@ int is_ipv6(const std::string& endpoint) { return endpoint.starts_with("tcp://["
 
 }  // namespace
 
+namespace {
+
+/// "" if it is no connection.
+std::string address_of_peer(int fd) {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  if (getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return {};
+  return {reinterpret_cast<const char*>(&peer), size};
+}
+
+}  // namespace
+
+void FarConnections::note(const Frame& frame) {
+  std::string key = frame.peer_key();
+  if (key.empty()) return;
+  const int fd = frame.connection();
+  if (std::string peer = address_of_peer(fd); !peer.empty())
+    found_[fd] = {std::move(key), std::move(peer)};
+}
+
+void FarConnections::end(const std::string& key) {
+  std::erase_if(found_, [&](const auto& entry) {
+    const auto& [fd, from] = entry;
+    if (from.first != key) return false;
+    // The descriptor may be another connection's by now.
+    if (address_of_peer(fd) == from.second) shutdown(fd, SHUT_RDWR);
+    return true;
+  });
+}
+
 bool TcpGate::has_key() {
   if (!key_) key_ = own_key();
   return key_.has_value();
@@ -56,6 +87,7 @@ void TcpGate::bind(ZmqSocket& socket, const std::string& endpoint) {
   socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
   if (leaves_host(endpoint)) {
     if (!has_key()) throw ConfigError("--bind " + endpoint + std::string(kNoKey));
+    far_ = true;
     if (!asked_) {
       asked_ = std::make_unique<ZmqSocket>(context_, ZMQ_REP);
       asked_->bind("inproc://zeromq.zap.01");
@@ -90,6 +122,7 @@ bool TcpGate::connect(ZmqSocket& socket, const std::string& endpoint, const std:
     socket.set(ZMQ_CONNECT_TIMEOUT, kConnect_ms);
   }
   if (far) {
+    far_ = true;
     socket.set(ZMQ_CURVE_SERVERKEY, host_key);
     socket.set(ZMQ_CURVE_PUBLICKEY, key_->public_key);
     socket.set(ZMQ_CURVE_SECRETKEY, key_->secret_key);
@@ -152,13 +185,28 @@ void TcpGate::answer() {
                                            std::string(rest[0].view()),
                                            welcome ? "200" : "400",
                                            welcome ? "OK" : "key not trusted",
-                                           name,
+                                           knocking.data(),
                                            ""};
     for (std::size_t i = 0; i < reply.size(); ++i) {
       Frame frame{std::string_view(reply[i])};
       asked_->send(frame, i + 1 < reply.size());
     }
   }
+}
+
+std::vector<std::string> TcpGate::revoked() {
+  std::vector<std::string> gone;
+  const auto now = std::chrono::steady_clock::now();
+  if (!far_ || now < look_) return gone;
+  look_ = now + std::chrono::seconds(1);
+  auto trusted = trusted_keys();
+  for (const auto& [key, name] : trusted_) {
+    if (trusted.contains(key)) continue;
+    warn("host {} is not trusted any more: its connections end (key '{}')", name, key);
+    gone.push_back(key);
+  }
+  trusted_ = std::move(trusted);
+  return gone;
 }
 
 void TcpGate::say_once(const std::string& line) {

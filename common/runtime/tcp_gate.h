@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,6 +11,18 @@
 #include "common/runtime/sockets.h"
 
 namespace mimesis::runtime {
+
+/// Connections by which other hosts have sent something, by their key.
+class FarConnections {
+ public:
+  /// Any frame of theirs.
+  void note(const Frame& frame);
+  /// Ends those of a key.
+  void end(const std::string& key);
+
+ private:
+  std::map<int, std::pair<std::string, std::string>> found_;  ///< fd -> key, address
+};
 
 /// What guards the tcp side of a process: everything that leaves the host is encrypted with CURVE
 /// between hosts that trust each other's keys (keys.h); libzmq asks here about a key that knocks
@@ -28,6 +41,8 @@ class TcpGate {
 
   /// Answers what libzmq has asked, and tells of refusals.
   void serve();
+  /// Keys that were trusted at the last call and are not now; looked at once a second.
+  std::vector<std::string> revoked();
   const std::vector<int>& fds() const { return fds_; }  ///< readable: `serve` may have work
   /// Public key of this host if a socket is bound beyond it, else empty.
   const std::string& public_key() const { return bound_key_; }
@@ -43,6 +58,9 @@ class TcpGate {
   ZmqContext& context_;
   std::optional<KeyPair> key_;
   std::string bound_key_;
+  std::map<std::string, std::string> trusted_;           ///< as last seen, by key
+  std::chrono::steady_clock::time_point look_{};         ///< at the keys, next time
+  bool far_ = false;                                     ///< other hosts can be reached
   std::unique_ptr<ZmqSocket> asked_;                     ///< libzmq's questions
   std::map<void*, std::unique_ptr<ZmqSocket>> watched_;  ///< handshakes, by socket
   std::vector<int> fds_;                                 ///< of those two

@@ -11,6 +11,7 @@
 #include <climits>
 #include <set>
 #include <thread>
+#include <tuple>
 
 #include "common/error.h"
 #include "common/runtime/log.h"
@@ -140,11 +141,18 @@ struct ZmqBus::Impl {
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();
   void meet(const v1::NodeInfo& node);
+  /// Inputs of one author that have none, or whose author has ended, take the first publisher that
+  /// is alive: the node that the topic names, else the one that started first.
+  void choose_authors();
+  /// Why `other` refuses messages of this node; empty: it does not.
+  std::string refused_by(const v1::NodeInfo& other) const;
   /// One line for every topic that wires this node and `other` together with different types. Both
   /// nodes find the same.
   void tell_mismatches(const v1::NodeInfo& other);
   void forget(const v1::NodeInfo& node);
   void publish_info();
+  /// Ends all connections of hosts whose keys were taken back.
+  void drop_revoked();
   /// Waits (at most 2 s) until all that `selects` chooses among the living have greeted the
   /// reliable socket.
   void await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects);
@@ -232,8 +240,26 @@ void ZmqBus::Impl::serve() {
   publish_info();
   discover();
   gate.serve();
+  drop_revoked();
   serve_publisher();
   server.serve();
+}
+
+void ZmqBus::Impl::drop_revoked() {
+  for (const std::string& key : gate.revoked()) {
+    publisher.end_connections(key);
+    server.end_connections(key);
+    std::vector<v1::NodeInfo> gone;
+    for (const auto& [start_id, node] : known) {
+      if (node.public_key() == key) gone.push_back(node);
+    }
+    for (const v1::NodeInfo& node : gone) {
+      subscriber.drop(node);
+      clients.erase(node.start_id());
+      known.erase(node.start_id());
+    }
+    choose_authors();
+  }
 }
 
 void ZmqBus::Impl::serve_publisher() {
@@ -259,17 +285,64 @@ void ZmqBus::Impl::meet(const v1::NodeInfo& node) {
   known[node.start_id()] = node;
   tell_mismatches(node);
   subscriber.meet(node);
+  choose_authors();
+  if (!info.ready()) return;  // ready() refuses to go on
+  const std::string why = refused_by(node);
+  if (!why.empty() && said.emplace(node.start_id(), why).second) warn("{}", why);
+}
+
+void ZmqBus::Impl::choose_authors() {
+  for (const auto& [port, input] : inputs) {
+    if (!input->takes_first()) continue;
+    const std::string& topic = input->topic();
+    const std::string named = topic.substr(0, topic.find('/'));
+    const auto rank = [&](const v1::NodeInfo& node) {
+      return std::tuple(node.name() != input->owner(), node.name() != named, node.started_ns(),
+                        node.start_id());
+    };
+    const v1::NodeInfo* first = nullptr;
+    for (const auto& [start_id, node] : known) {
+      if (!node.ready()) continue;  // it may be refused
+      if (std::ranges::find(node.outputs(), topic, &v1::TopicInfo::topic) == node.outputs().end())
+        continue;
+      if (first == nullptr || rank(node) < rank(*first)) first = &node;
+    }
+    const std::string author = first != nullptr ? first->name() : "";
+    if (author == input->owner()) continue;
+    if (!input->owner().empty() && !author.empty()) {
+      warn("topic {}: node {} has ended, messages are taken from node {}", topic, input->owner(),
+           author);
+    }
+    input->set_owner(author);
+    for (v1::TopicInfo& told : *info.mutable_inputs()) {
+      if (told.port() == port) told.set_obeys(author);
+    }
+    info_changed = true;
+  }
+}
+
+std::string ZmqBus::Impl::refused_by(const v1::NodeInfo& other) const {
+  for (const v1::TopicInfo& input : other.inputs()) {
+    if (input.obeys().empty() || input.obeys() == options.name || !publisher.has(input.topic()) ||
+        options.into_live.contains(input.topic()))
+      continue;
+    return fmt::format("node {} takes topic {} from node {} alone: it refuses messages of node {}",
+                       other.name(), input.topic(), input.obeys(), options.name);
+  }
+  return {};
 }
 
 void ZmqBus::Impl::forget(const v1::NodeInfo& node) {
   subscriber.forget(node);
   clients.erase(node.start_id());
   known.erase(node.start_id());
+  choose_authors();
 }
 
 void ZmqBus::Impl::serve_arrived() {
   publish_info();
   gate.serve();
+  drop_revoked();
   if (readable(publisher.data_socket().handle()) ||
       readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
     serve_publisher();
@@ -381,7 +454,7 @@ std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Messag
     return std::make_unique<ZmqIn>(
         std::string(port), std::make_shared<Input>("", type_hash(type), options, ""), impl_->step);
   }
-  const std::string obeyed = options.sole ? impl_->options.obeyed(port) : "";
+  const std::string obeyed = impl_->options.obeyed(port, options.author);
   auto input = impl_->subscriber.add(wired->second, type_hash(type), options, obeyed);
   if (options.policy != Policy::latest) impl_->drains_while_waiting = !lockstep();
   v1::TopicInfo& entry = *impl_->info.add_inputs();
@@ -391,11 +464,13 @@ std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Messag
   entry.set_type_hash(input->type_hash());
   entry.set_policy(std::string(policy_name(options.policy)));
   entry.set_obeys(obeyed);
+  entry.set_one_author(options.author != Author::any);
   // Perhaps no node publishes it: people who do must know its type.
   if (options.optional)
     (*impl_->info.mutable_descriptors())[type.full_name()] = descriptor_set(type);
   impl_->info_changed = true;
   impl_->inputs.emplace(port, input);
+  impl_->choose_authors();
   for (const auto& [start_id, node] : impl_->known) impl_->meet(v1::NodeInfo(node));
   return std::make_unique<ZmqIn>(std::string(port), std::move(input), impl_->step);
 }
@@ -484,6 +559,10 @@ void ZmqBus::Impl::check_wiring() const {
 
 void ZmqBus::ready() {
   impl_->check_wiring();
+  impl_->serve();
+  for (const auto& [start_id, node] : impl_->known) {
+    if (const std::string why = impl_->refused_by(node); !why.empty()) throw ConfigError(why);
+  }
   // The clock is lock-step's only when its conductor runs: `connect_members` lets messages go then.
   impl_->await_greetings([](const v1::NodeInfo& node) {
     for (const v1::TopicInfo& input : node.inputs()) {

@@ -2,6 +2,7 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,13 +24,15 @@ struct BusOptions {
   std::map<std::string, std::string, std::less<>> in, out;  ///< wiring: port -> topic
   /// Publisher of an input's topic, or several with commas between; default: the one it names.
   std::map<std::string, std::string, std::less<>> from = {};
+  /// Topics that this node publishes even where another one is obeyed alone, which refuses it.
+  std::set<std::string, std::less<>> into_live = {};
   /// tcp://ADDRESS:PORT for other hosts, PORT * for any; empty: this host only. Unless it is a
   /// loopback address, it needs a key (keys.h).
   std::string bind;
 
-  /// The node that a sole input obeys; empty if it is not wired. @throws ConfigError if several
-  /// publish its topic.
-  std::string obeyed(std::string_view port) const;
+  /// The node that an input of one author obeys; empty if it is not wired, or (Author::first) if
+  /// the first that is alive. @throws ConfigError if several publish its topic.
+  std::string obeyed(std::string_view port, Author author) const;
   /// Endpoint of the node's n-th socket: `bind` with its port + n, or any port.
   /// @throws ConfigError unless `bind` is tcp://ADDRESS:PORT.
   std::string tcp_endpoint(int n) const;
@@ -78,8 +81,10 @@ class ZmqBus final : public Bus {
   std::unique_ptr<RawOut> advertise_raw(std::string_view topic, std::string_view type,
                                         std::string_view descriptor_set, const OutOptions& options);
 
-  /// Declares that all ports exist. Waits (at most 2 s) for the recorders of the graph to connect,
-  /// so that they miss nothing: until then messages for reliable subscribers are held back.
+  /// Declares that all ports exist, and waits (at most 2 s) for recorders, so that they miss
+  /// nothing: until then messages for reliable subscribers are held back. @throws ConfigError if a
+  /// node that is there takes one of its topics from another node alone (unless `into_live` has
+  /// it).
   void ready();
 
   /// A step begins at this graph time: messages that it takes are so much older than their stamps.

@@ -141,13 +141,16 @@ std::string Process::output() const { return read_all(out_); }
 std::string Process::errors() const { return read_all(err_); }
 
 TestNode::TestNode(const TestGraph& graph, Wiring in, Wiring out, std::string name,
-                   runtime::ClockKind clock)
-    : bus_(std::make_unique<runtime::ZmqBus>(runtime::BusOptions{.name = std::move(name),
-                                                                 .graph = graph.name(),
-                                                                 .clock = clock,
-                                                                 .in = std::move(in),
-                                                                 .out = std::move(out),
-                                                                 .bind = {}})) {}
+                   runtime::ClockKind clock) {
+  runtime::BusOptions options{.name = std::move(name),
+                              .graph = graph.name(),
+                              .clock = clock,
+                              .in = std::move(in),
+                              .out = std::move(out),
+                              .bind = {}};
+  for (const auto& [port, topic] : options.out) options.into_live.insert(topic);  // also as a rival
+  bus_ = std::make_unique<runtime::ZmqBus>(std::move(options));
+}
 
 void TestNode::open_lockstep(double rate_hz, double offset_s) {
   MIMESIS_ASSERT(bus_->lockstep());

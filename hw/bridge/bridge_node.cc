@@ -69,9 +69,10 @@ BridgeNode::BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machi
                               .graph = bus,
                               .frames = params_.log_frames ? &frames_ : nullptr})),
       stop_inputs_(params_.stop_input, params_.stop_input_unit, params_.stop_input_address, bus),
-      command_(bus, "command", {.sole = true, .optional = params_.readonly}),
-      hand_command_(bus, "hand_command",
-                    {.sole = true, .optional = params_.readonly || params_.hand.empty()}),
+      command_(bus, "command", {.author = runtime::Author::named, .optional = params_.readonly}),
+      hand_command_(
+          bus, "hand_command",
+          {.author = runtime::Author::named, .optional = params_.readonly || params_.hand.empty()}),
       emergency_stop_(bus, "emergency_stop", {.optional = true}),
       joint_states_(bus, "joint_states"),
       hand_(bus, "hand"),

@@ -140,9 +140,9 @@ CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
       rig_(bus, "rig", {.latched = true}),
       lesson_(bus, "lesson", {.latched = true}),
       truth_(bus, "truth"),
-      scene_(bus, "scene", {.optional = true}),
-      state_(bus, "state", {.optional = true}),
-      arm_(bus, "joint_states", {.optional = true}),
+      scene_(bus, "scene", {.author = runtime::Author::first, .optional = true}),
+      state_(bus, "state", {.author = runtime::Author::first, .optional = true}),
+      arm_(bus, "joint_states", {.author = runtime::Author::first, .optional = true}),
       ports_end_(bus) {
   message_.set_encoding("bgr8");
   message_.set_frame_id("camera");

@@ -75,12 +75,12 @@ long whole_steps(const CognitionParams& p, double dt_s) {
 
 CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
     : params_(params),
-      observation_(bus, "observation"),
-      task_(bus, "task"),
+      observation_(bus, "observation", {.author = runtime::Author::first}),
+      task_(bus, "task", {.author = runtime::Author::first}),
       decision_(bus, "decision"),
       fields_(bus, "fields"),
-      test_plan_(bus, "test_plan", {.optional = true}),
-      goals_(bus, "goals", {.optional = true}),
+      test_plan_(bus, "test_plan", {.author = runtime::Author::first, .optional = true}),
+      goals_(bus, "goals", {.author = runtime::Author::first, .optional = true}),
       proposal_(bus, "proposal"),
       outcome_(bus, "outcome", {.latched = true}),
       explanation_(bus, "explanation"),

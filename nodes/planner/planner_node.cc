@@ -177,10 +177,10 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       roadmap_(params.roadmap.empty()
                    ? nullptr
                    : std::make_shared<const Roadmap>(load_roadmap(params.roadmap, arm_))),
-      decision_in_(bus, "decision"),
-      scene_in_(bus, "scene"),
-      arm_in_(bus, "joint_states"),
-      hand_in_(bus, "hand"),
+      decision_in_(bus, "decision", {.author = runtime::Author::first}),
+      scene_in_(bus, "scene", {.author = runtime::Author::first}),
+      arm_in_(bus, "joint_states", {.author = runtime::Author::first}),
+      hand_in_(bus, "hand", {.author = runtime::Author::first}),
       command_(bus, "command"),
       hand_command_(bus, "hand_command"),
       status_(bus, "status", {.latched = true}),

@@ -98,7 +98,7 @@ Requests::Requests(runtime::Bus& bus, const kin::ArmModel& arm, const TaskSettin
     : arm_(arm),
       ready_s_(ready_s),
       job_(bus, arm, settings),
-      proposal_in_(bus, "proposal", {.optional = true}),
+      proposal_in_(bus, "proposal", {.author = runtime::Author::first, .optional = true}),
       trial_(bus, "trial", {.latched = true}),
       answer_(bus, "answer") {
   serve(bus);

@@ -76,18 +76,25 @@ std::unique_ptr<Director> make_director(const SynthesizerParams& params, const A
   return make_robot_director(model, starts.front(), settings, params.robot.asked(), robot_drawer);
 }
 
+/// What a robot shall do comes from one node.
+runtime::Author authors(const SynthesizerNode::Params& params) {
+  return params.robot.description.empty() ? runtime::Author::any : runtime::Author::first;
+}
+
 }  // namespace
 
 SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       period_s_(1.0 / params.rate_hz),
-      goal_in_(bus, "goal", true),
-      style_in_(bus, "style", true),
-      beat_in_(bus, "beat", {.optional = true}),
-      crowd_in_(bus, "crowd", true),
-      feedback_in_(bus, "feedback", {.optional = params.robot.description.empty()}),
-      sight_in_(bus, "sight", {.optional = !grasps(params)}),
-      touch_in_(bus, "touch", {.optional = !grasps(params)}),
+      goal_in_(bus, "goal", true, authors(params)),
+      style_in_(bus, "style", true, authors(params)),
+      beat_in_(bus, "beat", {.author = authors(params), .optional = true}),
+      crowd_in_(bus, "crowd", true, authors(params)),
+      feedback_in_(
+          bus, "feedback",
+          {.author = runtime::Author::first, .optional = params.robot.description.empty()}),
+      sight_in_(bus, "sight", {.author = runtime::Author::first, .optional = !grasps(params)}),
+      touch_in_(bus, "touch", {.author = runtime::Author::first, .optional = !grasps(params)}),
       rows_(bus, "rows", {.latched = true}),
       motion_(bus, "motion"),
       batch_(bus, "characters"),

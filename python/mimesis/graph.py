@@ -54,8 +54,10 @@ def _check_name(what, name):
 def graph_directory(graph):
     """Where the graph's nodes meet: as common/runtime/registry.cc finds it."""
     _check_name("graph name", graph)
-    runtime = os.environ.get("XDG_RUNTIME_DIR", "")
-    if runtime.startswith("/"):
+    runtime, own = os.environ.get("XDG_RUNTIME_DIR", ""), os.environ.get("MIMESIS_RUNTIME_DIR", "")
+    if own.startswith("/"):
+        base = pathlib.Path(own)
+    elif runtime.startswith("/"):
         base = pathlib.Path(runtime, "mimesis")
     else:
         namespace = os.stat("/proc/self/ns/user").st_ino
@@ -66,7 +68,7 @@ def graph_directory(graph):
         path.mkdir(mode=0o700, exist_ok=True)
         status = path.lstat()
         if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid() or status.st_mode & 0o077:
-            raise PermissionError(f"{path}: expected a directory of this user alone (mode 0700)")
+            raise PermissionError(f"{path}: expected a directory of this user alone (mode 0700); MIMESIS_RUNTIME_DIR names another")
     return base / graph
 
 
@@ -213,8 +215,15 @@ class Graph:
         """Full type name of every topic that a node publishes."""
         return {o.topic: o.type for info in self.nodes().values() for o in info.outputs}
 
-    def publish(self, topic, message_type, latched=False):
-        """A topic to send on. message_type: a class, or the name of one of this project's."""
+    def publish(self, topic, message_type, latched=False, into_live=False):
+        """A topic to send on. message_type: a class, or the name of one of this project's.
+
+        PermissionError if a node takes the topic from another node alone, unless `into_live`: then that node refuses it."""
+        for node in self.nodes().values():
+            for taken in node.inputs:
+                if taken.topic == topic and taken.obeys not in ("", self.name) and not into_live:
+                    raise PermissionError(f"node {node.name} takes topic {topic} from node {taken.obeys} alone: it refuses "
+                                          f"messages of node {self.name}")
         kind = types.message_type(message_type) if isinstance(message_type, str) else message_type
         if topic in self._publications:
             raise ValueError(f"{topic} is published already")

@@ -107,7 +107,7 @@ def topics(run, rng, count):
         starts[run.scenario.truth] = (0, starts[run.scenario.truth][1])  # the observer believes it
         for topic, kind in inputs:
             with contextlib.suppress(ValueError):
-                rogue.publish(topic, kind)
+                rogue.publish(topic, kind, into_live=True)
         time.sleep(0.2)
         for n in pace(rng, count):
             topic, kind = rng.choice(inputs)

@@ -2,10 +2,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "common/error.h"
 #include "common/runtime/keys.h"
+#include "common/runtime/raw.h"
+#include "proto/runtime.pb.h"
+#include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
@@ -30,13 +36,33 @@ int show_keys(bool json) {
   return 3;
 }
 
+int list_keys(const std::string& graph, bool json) {
+  std::map<std::string, std::vector<std::string>> nodes;  // by key
+  for (const v1::NodeInfo& node :
+       runtime::GraphView(graph.empty() ? runtime::graph_name() : graph).nodes()) {
+    if (!node.public_key().empty()) nodes[node.public_key()].push_back(node.name());
+  }
+  Json all = Json::array();
+  Table table({"HOST", "KEY", "NODES"});
+  for (const auto& [key, name] : runtime::trusted_keys()) {
+    all.push_back({{"host", name}, {"key", key}, {"nodes", nodes[key]}});
+    table.row({name, key, fmt::format("{}", fmt::join(nodes[key], " "))});
+  }
+  if (json) {
+    fmt::print("{}\n", Json{{"trusted", all}}.dump());
+  } else {
+    table.print(std::cout, use_colour(1));
+  }
+  return 0;
+}
+
 }  // namespace
 
 void add_key(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("key");
   verb->require_subcommand(1);
   struct Options {
-    std::string name, key;
+    std::string name, key, graph;
     bool replace = false, json = false;
   };
   auto options = std::make_shared<Options>();
@@ -52,6 +78,20 @@ void add_key(CLI::App& program, int& exit_code) {
   show->add_flag("--json", options->json, "With the keys that it trusts");
   show->footer("Examples:\n  mimesis key show\n  ssh spine mimesis key show");
   show->callback([options, &exit_code] { exit_code = show_keys(options->json); });
+  CLI::App* list = verb->add_subcommand("list", "Trusted hosts, and their nodes in a graph");
+  list->add_option("--graph", options->graph, "Graph (default: $MIMESIS_GRAPH, or 'default')");
+  list->add_flag("--json", options->json, "One JSON object");
+  list->footer("Examples:\n  mimesis key list");
+  list->callback([options, &exit_code] { exit_code = list_keys(options->graph, options->json); });
+  CLI::App* untrust =
+      verb->add_subcommand("untrust", "Takes trust back: connections of the host end within 2 s");
+  untrust->add_option("name", options->name, "Of the host, or its key")->required();
+  untrust->footer("Examples:\n  mimesis key untrust spine");
+  untrust->callback([options, &exit_code] {
+    for (const std::string& key : runtime::untrust_key(options->name))
+      fmt::print(stderr, "'{}' is not trusted any more\n", key);
+    exit_code = 0;
+  });
   CLI::App* trust = verb->add_subcommand("trust", "Talks to a host from now on");
   trust->add_option("name", options->name, "For the host")->required();
   trust->add_option("key", options->key, "What `mimesis key show` prints there")->required();

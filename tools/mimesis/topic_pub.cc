@@ -13,7 +13,9 @@
 #include "common/runtime/value_text.h"
 #include "common/runtime/zmq_bus.h"
 #include "tools/mimesis/graph_tools.h"
+#include "tools/mimesis/json_depth.h"
 #include "tools/mimesis/json_message.h"
+#include "tools/mimesis/live_topics.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/topic_verb.h"
@@ -30,6 +32,7 @@ struct PubOptions : GraphOptions {
   int count = 0;                   ///< 0: without end
   int wait_for = -1;               ///< subscribers; -1: those that are there
   bool from_stdin = false, latched = false;
+  bool into_live = false;  ///< though running nodes publish it, or could move a robot by it
 };
 
 /// The type of a topic: the one given, or that of its publishers and subscribers, with descriptors.
@@ -87,6 +90,7 @@ void fill_header(google::protobuf::Message& message, runtime::Time stamp, std::u
 
 /// The message in a line: itself, or in what `topic echo --json` prints.
 std::string message_in(const std::string& line, const std::string& topic) {
+  if (nested_deeper(line, 100)) throw ConfigError(topic + ": JSON nested deeper than 100");
   const auto json = nlohmann::ordered_json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded()) throw ConfigError(topic + ": no JSON: " + line.substr(0, 80));
   const bool echoed = json.is_object() && json.contains("topic") && json.contains("message");
@@ -95,14 +99,12 @@ std::string message_in(const std::string& line, const std::string& topic) {
 
 class Publisher {
  public:
-  Publisher(const PubOptions& options, const std::vector<v1::NodeInfo>& nodes,
-            const TopicType& type)
+  Publisher(const PubOptions& options, const TopicType& type)
       : options_(options),
         message_(types_.make(type.type, type.descriptors)),
         bus_(bus_options(options)),
         out_(bus_.advertise_raw(options.topic, type.type, type.descriptors,
                                 {.latched = options.latched})) {
-    demand_ears(nodes);
     bus_.ready();
   }
 
@@ -141,8 +143,9 @@ class Publisher {
  private:
   static runtime::BusOptions bus_options(const PubOptions& options) {
     runtime::BusOptions bus;
-    bus.name = options.name.empty() ? "pub-" + std::to_string(getpid()) : options.name;
+    bus.name = options.name;
     bus.graph = options.graph;
+    if (options.into_live) bus.into_live = {options.topic};
     return bus;
   }
   std::size_t listeners() const {
@@ -153,19 +156,6 @@ class Publisher {
     }
     return count;
   }
-  /// @throws ConfigError if a node takes the topic from another node alone: it would refuse ours.
-  void demand_ears(const std::vector<v1::NodeInfo>& nodes) const {
-    for (const v1::NodeInfo& node : nodes) {
-      for (const v1::TopicInfo& in : node.inputs()) {
-        if (in.topic() != options_.topic || in.obeys().empty() || in.obeys() == bus_.node())
-          continue;
-        throw ConfigError(fmt::format(
-            "node {0} takes {1} from node {2} alone: --name {2} publishes in its place, once that "
-            "has ended",
-            node.name(), in.topic(), in.obeys()));
-      }
-    }
-  }
 
   const PubOptions& options_;
   runtime::TypePool types_;
@@ -175,7 +165,7 @@ class Publisher {
   std::uint64_t seq_ = 0;
 };
 
-int publish(const PubOptions& options) {
+int publish(PubOptions& options) {
   std::string type, json;
   for (const std::string& word : options.words) {
     (word.starts_with('{') ? json : type) = word;
@@ -184,8 +174,16 @@ int publish(const PubOptions& options) {
     throw ConfigError("topic pub: --stdin and a message: which of them?");
   const auto nodes = runtime::GraphView(options.graph).nodes();
   const TopicType known = type_of(nodes, options.topic, type);
+  if (options.name.empty()) options.name = "pub-" + std::to_string(getpid());
+  if (launched_as().empty() && !options.into_live) {
+    demand_leave({.verb = "mimesis topic pub",
+                  .self = options.name,
+                  .topics = {options.topic},
+                  .into_live = {}},
+                 nodes);
+  }
   const StopSignals stop;
-  Publisher publisher(options, nodes, known);
+  Publisher publisher(options, known);
   std::string line = json.empty() ? "{}" : json;
   if (!options.from_stdin) publisher.check(message_in(line, options.topic));
   if (!publisher.wait_for_subscribers(stop)) return kNotFound;
@@ -231,6 +229,8 @@ void add_pub(CLI::App& topic, int& exit_code) {
   pub->add_option("-w,--wait", o->wait_for,
                   "Wait for so many subscribers (default: one, if there is any)");
   pub->add_flag("--latched", o->latched, "Late joiners get the last message while this runs");
+  pub->add_flag("--into-live", o->into_live,
+                "Publish even though running nodes publish the topic or could move a robot by it");
   pub->add_option("--name", o->name, "Name of the publishing node (default: pub-PID)");
   add_graph_options(*pub, *o, "subscribers");
   pub->footer(

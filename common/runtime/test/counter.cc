@@ -57,7 +57,7 @@ CounterNode::CounterNode(const Params& params, Bus& bus)
     : params_(params),
       a_(bus, "a", true),
       b_(bus, "b", true),
-      latest_(bus, "latest", {.sole = true, .optional = true}),
+      latest_(bus, "latest", {.author = Author::named, .optional = true}),
       out_(bus, "out") {
   hash_ ^= static_cast<std::uint64_t>(params.salt);
   offer<v1::Publication, v1::Publication>(

@@ -52,7 +52,7 @@ struct FarReceiver {
              .bind = {}}),
         in(bus, "in"),
         command(bus.subscribe("command", v1::Publication::default_instance(),
-                              {.policy = Policy::reliable, .sole = true})) {
+                              {.policy = Policy::reliable, .author = Author::named})) {
     far.show(seen_from_afar(sender.bus.info(), "0.0.0.0"));
     while (bus.known_nodes().empty()) bus.wait(std::chrono::steady_clock::now() + 1ms);
   }
@@ -169,7 +169,8 @@ TEST_F(Keys, WhatLeavesAHostIsForThoseWhoTrustEachOther) {
   trust_key("there", theirs.public_key);
   ::testing::internal::CaptureStderr();
   FarReceiver receiver(here, sender);
-  home("there");  // whom it trusts
+  home("there");                          // whom it trusts
+  trust_key("there", theirs.public_key);  // for the receiver: all of this process look here now
   EXPECT_FALSE(receiver.hears(sender, 1500ms));
   EXPECT_EQ(sender.out.subscribers(), 0U);
   said = ::testing::internal::GetCapturedStderr();
@@ -182,6 +183,14 @@ TEST_F(Keys, WhatLeavesAHostIsForThoseWhoTrustEachOther) {
   FarReceiver again(here, sender, "again");
   home("there");
   EXPECT_TRUE(again.hears(sender));
+
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(untrust_key("here"), std::vector{ours.public_key});
+  for (int i = 0; i < 5 && sender.out.subscribers() > 0; ++i) again.hears(sender, 1s);
+  EXPECT_EQ(sender.out.subscribers(), 0U) << "its connections have ended";
+  said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("host here is not trusted any more"), std::string::npos) << said;
+  EXPECT_THROW(untrust_key("here"), ConfigError);
 }
 
 TEST_F(Keys, AStrangerWithoutKeysGetsNothingAndIsNamedOnce) {

@@ -335,9 +335,9 @@ struct Liar {
 };
 
 struct Listener {
-  explicit Listener(bool sole = false)
+  explicit Listener(Author author = Author::any)
       : in(node.bus().subscribe("in", v1::Publication::default_instance(),
-                                {.policy = Policy::queue, .depth = 100, .sole = sole})) {
+                                {.policy = Policy::queue, .depth = 100, .author = author})) {
     node.open();
   }
   /// Numbers of what arrives until `count` messages have been received or refused.
@@ -354,8 +354,8 @@ struct Listener {
   std::unique_ptr<InChannel> in;
 };
 
-TEST(ZmqBus, ASoleInputObeysTheNodeThatItsTopicNames) {
-  Listener listener(true);
+TEST(ZmqBus, AnInputOfANamedAuthorObeysTheNodeThatItsTopicNames) {
+  Listener listener(Author::named);
   TestNode owner(listener.graph, {}, {{"out", "t/x"}}, "t");
   TestNode other(listener.graph, {}, {{"out", "t/x"}}, "other");
   Out<v1::Publication> from_owner(owner.bus(), "out"), from_other(other.bus(), "out");
@@ -376,7 +376,7 @@ TEST(ZmqBus, ASoleInputObeysTheNodeThatItsTopicNames) {
   EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
 }
 
-TEST(ZmqBus, ASoleInputObeysThePublisherThatItIsTold) {
+TEST(ZmqBus, AnInputOfOneAuthorObeysThePublisherThatItIsTold) {
   TestGraph graph;
   BusOptions options{.name = "receiver",
                      .graph = graph.name(),
@@ -385,7 +385,8 @@ TEST(ZmqBus, ASoleInputObeysThePublisherThatItIsTold) {
                      .from = {{"in", "planner"}},
                      .bind = {}};
   ZmqBus receiver(options);
-  auto in = receiver.subscribe("in", v1::Publication::default_instance(), {.sole = true});
+  auto in =
+      receiver.subscribe("in", v1::Publication::default_instance(), {.author = Author::named});
   EXPECT_EQ(receiver.info().inputs(0).obeys(), "planner");
   TestNode planner(graph, {}, {{"out", "arm/command"}}, "planner");
   TestNode arm(graph, {}, {{"out", "arm/command"}}, "arm");
@@ -411,12 +412,55 @@ TEST(ZmqBus, ASoleInputObeysThePublisherThatItIsTold) {
   options.from["in"] = "planner,rival";
   ZmqBus other(options);
   EXPECT_NO_THROW(other.subscribe("any", v1::Publication::default_instance(), {}));
-  EXPECT_THROW(other.subscribe("in", v1::Publication::default_instance(), {.sole = true}),
-               ConfigError);
+  EXPECT_THROW(
+      other.subscribe("in", v1::Publication::default_instance(), {.author = Author::named}),
+      ConfigError);
 }
 
-TEST(ZmqBus, ASoleInputAsksTheKernelWhoSpeaks) {
-  Listener listener(true);
+TEST(ZmqBus, AnInputOfTheFirstAuthorTakesTheNextAfterItsEnd) {
+  Listener listener(Author::first);
+  auto first = std::make_unique<TestNode>(listener.graph, TestNode::Wiring{},
+                                          TestNode::Wiring{{"out", "t/x"}}, "first");
+  auto from_first = std::make_unique<Out<v1::Publication>>(first->bus(), "out");
+  first->open();
+  const auto author = [&] { return listener.node.bus().info().inputs(0).obeys(); };
+  ASSERT_TRUE(listener.node.until([&] { return author() == "first"; }));
+  ASSERT_TRUE(both(*first, listener.node, [&] { return from_first->subscribers() > 0; }));
+
+  // A second one is refused on both sides.
+  ZmqBus strange({.name = "strange",
+                  .graph = listener.graph.name(),
+                  .in = {},
+                  .out = {{"out", "t/x"}},
+                  .bind = {}});
+  const Out<v1::Publication> from_strange(strange, "out");
+  try {
+    strange.ready();
+    ADD_FAILURE() << "it starts beside the author";
+  } catch (const ConfigError& e) {
+    EXPECT_STREQ(e.what(),
+                 "node receiver takes topic t/x from node first alone: it refuses messages of node "
+                 "strange");
+  }
+  TestNode second(listener.graph, {}, {{"out", "t/x"}}, "second");  // it insists
+  Out<v1::Publication> from_second(second.bus(), "out");
+  second.open();
+  ASSERT_TRUE(both(second, listener.node, [&] { return from_second.subscribers() > 0; }));
+  auto m = numbered(1);
+  from_second.send(m, 1s);
+  from_first->send(m, 1s);
+  EXPECT_EQ(listener.until(2), "1 ");
+  EXPECT_EQ(listener.in->counters().rejected, 1U);
+
+  from_first.reset();
+  first.reset();
+  ASSERT_TRUE(listener.node.until([&] { return author() == "second"; }));
+  from_second.send(m, 1s);
+  EXPECT_EQ(listener.until(3), "2 ");
+}
+
+TEST(ZmqBus, AnInputOfOneAuthorAsksTheKernelWhoSpeaks) {
+  Listener listener(Author::named);
   Liar liar(listener.graph, listener.endpoint, getppid());  // has the start id, is another process
   ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
   EXPECT_EQ(listener.until(1), "");

@@ -5,7 +5,10 @@
 namespace mimesis::hw::sim {
 
 HandNode::HandNode(const Params& params, runtime::Bus& bus)
-    : bus_(bus), plant_(params.hand), contact_(bus, "contact"), hand_(bus, "hand") {
+    : bus_(bus),
+      plant_(params.hand),
+      contact_(bus, "contact", {.author = runtime::Author::first}),
+      hand_(bus, "hand") {
   const modbus::Address address = modbus::parse_address(params.address, bus.directory());
   bus.outside().opens("hand", params.address);
   if (bus.outside().replaying()) return;

@@ -103,6 +103,7 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   c.env = node.env;
   c.env.emplace_back("MIMESIS_GRAPH", run.graph);
   c.env.emplace_back("MIMESIS_RUN_LOG", run.log);
+  c.env.emplace_back("MIMESIS_NODE", node.name.text);
   const std::string bind = bind_address(graph, node);
   if (!node.takes_node_options()) {
     if (!bind.empty()) c.env.emplace_back("MIMESIS_BIND", bind);
@@ -129,8 +130,7 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
     add("--in", wire.port + "=" + topic);
     const std::string from =
         fmt::format("{}", fmt::join(publishers(graph, topic, node.name.text), ","));
-    if (!from.empty() && from != topic.substr(0, topic.find('/')))
-      add("--from", wire.port + "=" + from);
+    if (!from.empty()) add("--from", wire.port + "=" + from);
   }
   for (const Wire& wire : node.out) add("--out", wire.port + "=" + wire.topic.text);
   if (!bind.empty()) add("--bind", bind);

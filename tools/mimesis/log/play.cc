@@ -19,12 +19,14 @@
 
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
+#include "common/runtime/raw.h"
 #include "common/runtime/service_manager.h"
 #include "common/runtime/stop_signal.h"
 #include "common/runtime/zmq_bus.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/live_topics.h"
 #include "tools/mimesis/log/play_marks.h"
 #include "tools/mimesis/log/play_output.h"
 #include "tools/mimesis/log/play_parts.h"
@@ -47,14 +49,15 @@ struct PlayOptions {
   std::vector<std::string> remaps;
   PlaybackOptions playback;  ///< options of the player
   PlayAheadLimits ahead;
-  std::string name = "player";  ///< in the graph
-  double rate = 1.0;            ///< recorded seconds per second of wall time [1]
-  int loops = 1;                ///< 0: until stopped
-  bool paused = false;          ///< at the start
-  bool stay = false;            ///< at the end: paused, or a silent member of the lock-step
-  bool as_recorded = false;     ///< elided payloads are not computed again
-  bool clock = false;           ///< also drive the graph's simulated clock
-  bool lockstep = false;        ///< take part in a lock-step graph
+  std::string name;  ///< in the graph; empty: as the launch file says, else "player"
+  std::vector<std::string> into_live;  ///< topics
+  double rate = 1.0;                   ///< recorded seconds per second of wall time [1]
+  int loops = 1;                       ///< 0: until stopped
+  bool paused = false;                 ///< at the start
+  bool stay = false;                   ///< at the end: paused, or a silent member of the lock-step
+  bool as_recorded = false;            ///< elided payloads are not computed again
+  bool clock = false;                  ///< also drive the graph's simulated clock
+  bool lockstep = false;               ///< take part in a lock-step graph
   bool json = false;
 };
 
@@ -65,11 +68,11 @@ constexpr double kSlowestPlay = 1e-3, kFastestPlay = 1e3;  // bounds of the rate
 /// recorded time stands meanwhile.
 class PacedPlayer {
  public:
-  PacedPlayer(const PlayOptions& options, Playback& playback)
+  PacedPlayer(const PlayOptions& options, Playback& playback, const LivePublishing& wish)
       : options_(options),
         playback_(playback),
         ahead_(playback, options.ahead, [this] { ring(); }),
-        bus_(PlayOutput::bus_options(options.name, options.clock)),
+        bus_(PlayOutput::bus_options(wish, options.clock)),
         output_(bus_, playback.topics(), options.clock),
         timeline_(options.rate),
         paused_(options.paused),
@@ -81,7 +84,6 @@ class PacedPlayer {
     prctl(PR_SET_TIMERSLACK, kTimerSlack_ns);
     jump(playback.start_ns());  // requests are answered from now on
     bus_.ready();
-    demand_ears(bus_, playback.topics());
   }
 
   /// Plays until the end or a signal; returns the exit code.
@@ -459,7 +461,7 @@ class PacedPlayer {
 /// that nodes which step after that see them as then. Recorded graph times are kept, so that stamps
 /// in the messages stay true; wall times start at 0. At the end of the log it leaves, or (`stay`)
 /// remains silent, for others that still have work. Returns the exit code.
-int play_in_lockstep(const PlayOptions& options, Playback& playback) {
+int play_in_lockstep(const PlayOptions& options, Playback& playback, const LivePublishing& wish) {
   constexpr double kFirstRate_hz = 1000.0;  // until the first step; then it steps when it has to
   constexpr Time kAfterwards = 1s;          // graph time by which the last messages have been taken
   constexpr std::uint64_t kYear2000_ns = 946'684'800'000'000'000;  // later ones are wall times
@@ -469,8 +471,7 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
   };
   const runtime::StopSignal stop;
   runtime::set_log_name(options.name);
-  runtime::BusOptions bus_options;
-  bus_options.name = options.name;
+  runtime::BusOptions bus_options = PlayOutput::bus_options(wish, false);
   bus_options.clock = runtime::ClockKind::lockstep;
   runtime::ZmqBus bus(bus_options);
   RawOuts outs = advertise(bus, playback.topics());
@@ -483,7 +484,7 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
   while (const auto now = leave ? std::nullopt : clock->wait()) {
     leave = !more && !options.stay;
     if (!std::exchange(begun, true)) {
-      demand_ears(bus, playback.topics());
+      if (launched_as().empty()) demand_leave(wish, bus.known_nodes());  // of those that came since
       for (const Played& value : playback.seek(playback.start_ns())) {
         outs[value.topic]->send_raw(value.payload, graph_time(playback.start_ns()));
       }
@@ -511,8 +512,19 @@ int log_play(PlayOptions& options) {
   Playback playback(options.as_recorded ? open_logs(options.files) : open_whole_logs(options.files),
                     options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
-  return options.lockstep ? play_in_lockstep(options, playback)
-                          : PacedPlayer(options, playback).run();
+  if (options.name.empty()) options.name = launched_as().empty() ? "player" : launched_as();
+  LivePublishing wish{.verb = "mimesis log play",
+                      .self = options.name,
+                      .topics = {},
+                      .into_live = {options.into_live.begin(), options.into_live.end()}};
+  for (const PlayedTopic& topic : playback.topics()) wish.topics.insert(topic.topic);
+  for (const std::string& topic : wish.into_live) {
+    if (!wish.topics.contains(topic))
+      throw ConfigError("--into-live " + topic + ": this topic is not played");
+  }
+  if (launched_as().empty()) demand_leave(wish, runtime::GraphView().nodes());
+  return options.lockstep ? play_in_lockstep(options, playback, wish)
+                          : PacedPlayer(options, playback, wish).run();
 }
 
 void add_play_choice(CLI::App& play, PlayOptions& o) {
@@ -560,7 +572,14 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
           [&o](double mb) { o.ahead.bytes = static_cast<std::size_t>(mb * 1e6); },
           "But not more than this [MB]; default: 134")
       ->check(number_above_zero);
-  play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
+  play.add_option("--name", o.name,
+                  "Name of the player in the graph (default: player, or that of the launch file)");
+  play.add_option(
+          "--into-live", o.into_live,
+          "Play this topic even though running nodes publish it or could move a robot by it "
+          "(repeatable)")
+      ->type_name("TOPIC")
+      ->allow_extra_args(false);
   play.add_flag("--as-recorded", o.as_recorded, "Elided payloads are not computed again");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
@@ -574,8 +593,8 @@ constexpr const char* kPlayFooter =
     "Messages leave at their recorded times. Slow reliable subscribers are waited for, and "
     "recorded\n"
     "time stands meanwhile; all others get the newest.\n"
-    "A bridge takes its commands from one node alone (planner of planner/command): --name planner\n"
-    "plays in its place.\n"
+    "Nothing is played that running nodes publish, or by which they could move a robot, unless\n"
+    "--into-live names it.\n"
     "Exit code 1 if something could not be read, or a reliable subscriber missed something.\n"
     "Examples:\n"
     "  mimesis log play run.mcap --rate 0.5 --topic camera/image --topic planner/status\n"

@@ -14,6 +14,7 @@
 #include "common/runtime/raw.h"
 #include "common/runtime/zmq_bus.h"
 #include "proto/runtime.pb.h"
+#include "tools/mimesis/live_topics.h"
 #include "tools/mimesis/log/playback.h"
 
 // A player in the graph.
@@ -37,22 +38,6 @@ inline RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& to
   return outs;
 }
 
-/// @throws ConfigError if a node that is there takes a played topic from another node alone, as a
-/// bridge its commands: it would refuse ours.
-inline void demand_ears(const runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
-  for (const v1::NodeInfo& node : bus.known_nodes()) {
-    for (const v1::TopicInfo& input : node.inputs()) {
-      if (input.obeys().empty() || input.obeys() == bus.node() ||
-          std::ranges::find(topics, input.topic(), &PlayedTopic::topic) == topics.end())
-        continue;
-      throw ConfigError(fmt::format(
-          "node {0} takes {1} from node {2} alone: --name {2} plays in its place, --exclude {1} "
-          "leaves the topic out",
-          node.name(), input.topic(), input.obeys()));
-    }
-  }
-}
-
 /// The player's side of the graph: its topics and, if it drives it, the graph's clock.
 class PlayOutput {
  public:
@@ -62,9 +47,10 @@ class PlayOutput {
     clock_ = std::make_unique<runtime::Out<v1::ClockTime>>(bus, kPort,
                                                            runtime::OutOptions{.latched = true});
   }
-  static runtime::BusOptions bus_options(const std::string& name, bool clock) {
+  static runtime::BusOptions bus_options(const LivePublishing& wish, bool clock) {
     runtime::BusOptions options;
-    options.name = name;
+    options.name = wish.self;
+    options.into_live = wish.into_live;
     if (clock) options.out.emplace(kPort, "clock/time");
     return options;
   }

@@ -416,7 +416,7 @@ TEST_F(LogPlay, PlaysToAnInputThatObeysTheRecordedNodeInItsPlaceOnly) {
     log.close();
   }
   TestNode bridge(graph_, {{"count", "sender/count"}}, {}, "bridge");
-  runtime::Latest<v1::Publication> count(bridge.bus(), "count", {.sole = true});
+  runtime::Latest<v1::Publication> count(bridge.bus(), "count", {.author = runtime::Author::named});
   bridge.open();
   const auto played = [&](const std::vector<std::string>& options, int code) {
     const auto player = play(options);
@@ -425,8 +425,8 @@ TEST_F(LogPlay, PlaysToAnInputThatObeysTheRecordedNodeInItsPlaceOnly) {
     return player->errors();
   };
   const std::string refused =
-      "node bridge takes sender/count from node sender alone: --name sender plays in its place, "
-      "--exclude sender/count leaves the topic out";
+      "nothing is published: sender/count (it is taken from node sender alone; heard by bridge). "
+      "--into-live TOPIC ";
   EXPECT_NE(played({}, 2).find(refused), std::string::npos);
   played({"--exclude", "sender/count"}, 0);
   EXPECT_EQ(count.get(), nullptr);
