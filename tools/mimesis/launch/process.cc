@@ -33,10 +33,11 @@ struct Prepared {
   cpu_set_t cpus{};
   int policy = SCHED_OTHER;
   sched_param priority{};
+  const Confinement* confinement = nullptr;
 };
 
 /// The stage that failed: the first of two ints that the child reports; the second is errno.
-enum Stage : int { kAffinity, kScheduler, kExec };
+enum Stage : int { kAffinity, kScheduler, kConfinement, kExec };
 
 [[noreturn]] void become(const Prepared& p) {
   setsid();
@@ -55,6 +56,8 @@ enum Stage : int { kAffinity, kScheduler, kExec };
     failure[0] = kAffinity;
   } else if (p.policy != SCHED_OTHER && sched_setscheduler(0, p.policy, &p.priority) != 0) {
     failure[0] = kScheduler;
+  } else if (p.confinement != nullptr && !p.confinement->enter()) {
+    failure[0] = kConfinement;
   } else {
     execve(p.argv[0], p.argv.data(), p.env.data());
   }
@@ -129,6 +132,7 @@ Child spawn(const Command& command, const Sched& sched, const Shared& shared) {
   prepared.err = shared.output < 0 ? err.write.get() : shared.output;
   prepared.in = shared.input;
   prepared.kept = shared.kept;
+  prepared.confinement = shared.confinement;
   prepared.report = report.write.get();
   set_schedule(prepared, sched);
 
@@ -142,9 +146,10 @@ Child spawn(const Command& command, const Sched& sched, const Shared& shared) {
   int failure[2];
   if (read(report.read.get(), failure, sizeof failure) == sizeof failure) {
     waitpid(child.pid, nullptr, 0);
-    const char* stage = failure[0] == kAffinity    ? ": sched.cpus: "
-                        : failure[0] == kScheduler ? ": sched.policy: "
-                                                   : ": ";
+    const char* stage = failure[0] == kAffinity      ? ": sched.cpus: "
+                        : failure[0] == kScheduler   ? ": sched.policy: "
+                        : failure[0] == kConfinement ? ": cannot be confined: "
+                                                     : ": ";
     throw std::runtime_error(argv[0] + stage + std::strerror(failure[1]));
   }
   child.pidfd = Fd(static_cast<int>(syscall(SYS_pidfd_open, child.pid, 0)));

@@ -12,30 +12,10 @@
 
 #include "common/machine_time.h"
 #include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/launch/confinement.h"
+#include "tools/mimesis/launch/fd.h"
 
 namespace mimesis::launch {
-
-/// A file descriptor that closes itself.
-class Fd {
- public:
-  Fd() = default;
-  explicit Fd(int fd) : fd_(fd) {}
-  ~Fd() { reset(); }
-  Fd(Fd&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  Fd& operator=(Fd&& other) noexcept {
-    std::swap(fd_, other.fd_);  // the other one closes ours
-    return *this;
-  }
-  int get() const { return fd_; }
-  bool open() const { return fd_ >= 0; }
-  void reset() {
-    if (fd_ >= 0) close(fd_);
-    fd_ = -1;
-  }
-
- private:
-  int fd_ = -1;
-};
 
 struct Pipe {
   Fd read, write;
@@ -71,6 +51,7 @@ struct Shared {
   int kept = -1;    ///< open in the child, under the same number
   int output = -1;  ///< for its standard output and error, instead of the pipes of `Child`
   int input = -1;   ///< its standard input
+  const Confinement* confinement = nullptr;  ///< if it is to be confined
 };
 
 /// NAME=VALUE of this process with those of a command.
@@ -84,11 +65,14 @@ Child spawn(const Command& command, const Sched& sched, const Shared& shared = {
 /// this object.
 class OwnProcess {
  public:
-  /// `kept`: a file descriptor that the program gets, too; -1: none.
+  /// `kept`: a file descriptor that the program gets, too; -1: none. `confinement`: null: none.
   /// @throws std::runtime_error if it cannot be started.
-  explicit OwnProcess(const Command& command, int kept = -1)
+  explicit OwnProcess(const Command& command, int kept = -1,
+                      const Confinement* confinement = nullptr)
       : words_(memfd_create("output", MFD_CLOEXEC)),
-        child_(spawn(command, {}, {.kept = kept, .output = words_.get()})) {}
+        child_(spawn(
+            command, {},
+            {.kept = kept, .output = words_.get(), .input = -1, .confinement = confinement})) {}
   ~OwnProcess() { wait({}); }
   OwnProcess(const OwnProcess&) = delete;
   OwnProcess& operator=(const OwnProcess&) = delete;

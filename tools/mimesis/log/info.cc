@@ -12,8 +12,11 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "common/runtime/own_topics.h"
+#include "proto/steps.pb.h"
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/log/elided_payload.h"
+#include "tools/mimesis/log/program_name.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 
@@ -95,6 +98,25 @@ void add_topics(const std::vector<OpenLog>& logs, double duration_s,
                             {"messages", node.messages},
                             {"starts", node.starts}});
   }
+}
+
+/// What `mimesis log replay` would start: for each node that left a NODE/start its program.
+ordered_json replayed_programs(const std::vector<OpenLog>& logs) {
+  ordered_json found = ordered_json::array();
+  auto reader = merged(logs, {.channel = [](const log::Channel& channel) {
+                         return runtime::is_own_topic(channel.topic, runtime::kStartPort);
+                       }});
+  v1::NodeStart start;
+  while (const Item* item = reader.next()) {
+    if (item->schema == nullptr || item->schema->name != start.GetTypeName() ||
+        !parse(*item, start))
+      continue;
+    ordered_json one{{"node", start.node()},
+                     {"program", start.executable()},
+                     {"refused", !is_program_name(start.executable())}};
+    if (std::ranges::find(found, one) == found.end()) found.push_back(std::move(one));
+  }
+  return found;
 }
 
 void print_info_files(const std::vector<OpenLog>& logs, bool colour, std::ostream& out) {
@@ -225,6 +247,7 @@ ordered_json info_json(const std::vector<OpenLog>& logs, bool sizes) {
       {"files", files},
       {"topics", ordered_json::array()},
       {"nodes", ordered_json::array()},
+      {"replay", replayed_programs(logs)},
       {"attachments", attachments},
       {"metadata", metadata},
       {"damages", damages},
@@ -259,6 +282,14 @@ std::string info_text(const std::vector<OpenLog>& logs, const ordered_json& info
                                              : static_cast<double>(uncompressed) /
                                                    static_cast<double>(compressed)));
   if (const std::string nodes = nodes_text(info["nodes"]); !nodes.empty()) line("nodes", nodes);
+  std::string programs;
+  for (const ordered_json& one : info["replay"]) {
+    const std::string node = one["node"], program = one["program"];
+    if (!programs.empty()) programs += ", ";
+    programs += program == "mimesis_" + node ? program : node + ": " + program;
+    if (one["refused"]) programs += " (refused)";
+  }
+  if (!programs.empty()) line("replay runs", programs);
   for (const ordered_json& a : info["attachments"]) {
     line("attachment", fmt::format("{} ({}, {})", a["name"].get<std::string>(),
                                    a["media_type"].get<std::string>(), bytes_text(a["size"])));

@@ -35,9 +35,10 @@ class PacketProcess {
   /// @param name     the program's name in messages
   /// @param command  the program and its arguments; `fd` is the socket's number in the program
   /// @param timeout_s  wall time for each answer and for the end
-  /// @throws std::runtime_error if it cannot be started.
+  /// @param writable   the only folder that it may write to; empty: it is not confined
+  /// @throws std::runtime_error if it cannot be started; ConfigError if it cannot be confined.
   PacketProcess(std::string name, const std::function<launch::Command(int fd)>& command,
-                double timeout_s)
+                double timeout_s, const std::string& writable)
       : name_(std::move(name)) {
     constexpr double kLongest_s = 1e6;  // poll takes an int
     timeout_ = std::chrono::milliseconds(std::llround(std::min(timeout_s, kLongest_s) * 1e3));
@@ -52,7 +53,9 @@ class PacketProcess {
     const timeval limit{us / 1'000'000, us % 1'000'000};
     setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
     setsockopt(socket_.get(), SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
-    process_.emplace(command(other.get()), other.get());
+    std::optional<launch::Confinement> confinement;
+    if (!writable.empty()) confinement.emplace(writable);
+    process_.emplace(command(other.get()), other.get(), confinement ? &*confinement : nullptr);
   }
 
   /// Sends `request` and waits for the answer; false if `stop` (null: never) was requested

@@ -49,7 +49,7 @@ class NodeReplay {
         [&](int socket) {
           return replay_command(program, run_, folder_.path(), options_.sets, socket);
         },
-        options_.timeout_s);
+        options_.timeout_s, options_.unconfined ? "" : folder_.path());
     report_.notes = run_.renamed;
     while (advance(node)) progress(reader_.log_time_ns());
     finish(node);
@@ -341,9 +341,14 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
   if (names.size() > 1 && !options.sets.empty()) {
     throw ConfigError("mimesis log replay: --set is for one node: name it");
   }
-  int exit_code = absent > 0 ? kNotInLog : 0;
+  std::vector<std::string> programs;  // all, before any of them starts
   for (const NodeRun& node_run : node_runs) {
-    const std::string program = program_of(node_run, options.program);
+    programs.push_back(program_of(node_run, options.program));
+  }
+  int exit_code = absent > 0 ? kNotInLog : 0;
+  for (std::size_t i = 0; i < node_runs.size(); ++i) {
+    const NodeRun& node_run = node_runs[i];
+    const std::string& program = programs[i];
     const RunCount count =
         repeat("replay " + node_run.node(), logs, options, [&](const ReplayProgress& progress) {
           return NodeReplay(logs, node_run, options, stop).run(program, progress);
@@ -398,13 +403,16 @@ void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) 
 /// Returns the exit code.
 int log_replay(ReplayOptions& options) {
   const StopSignals stop;
-  const std::vector<OpenLog> logs = open_whole_logs(options.logs);
+  const std::vector<OpenLog> logs = open_whole_logs(options.logs, options.unconfined);
   for (const OpenLog& log : logs) report_damages(log, {});
   choose_tolerance(logs, options);
   return replay_nodes(logs, options, stop);
 }
 
 constexpr const char* kReplayFooter =
+    "A node's program is that of the recorded name beside this one, or that of --exec; it runs "
+    "without\n"
+    "network and devices, and files are read-only for it.\n"
     "Each step gets exactly the messages, the time and the bytes from outside that the recorded "
     "one had.\n"
     "Not compared: NODE/health, NODE/log, NODE/steps, NODE/start. For a whole graph in lock-step,\n"
@@ -448,6 +456,8 @@ void add_replay(CLI::App& log, int& exit_code) {
   verb->add_option("--exec", o->replay.program,
                    "Program of the node, or a folder of programs: another build")
       ->type_name("PATH");
+  verb->add_flag("--unconfined", o->replay.unconfined,
+                 "Let programs write files and open devices and sockets");
   verb->add_option("--set", o->replay.sets, "Replaces a recorded parameter (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);

@@ -21,6 +21,7 @@ struct ReplayOptions {
   /// a program, or a folder of programs, instead of the recorded one
   std::string program;
   std::vector<std::string> sets;  ///< KEY=VALUE
+  bool unconfined = false;        ///< programs may write, and open devices and sockets
   double tolerance = 0.0;         ///< see ReplayCompare
   /// Used instead if this machine does not compute as the one that recorded (arithmetic.h).
   std::optional<double> tolerance_elsewhere;

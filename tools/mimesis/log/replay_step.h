@@ -7,30 +7,44 @@
 
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/log/packet_process.h"
+#include "tools/mimesis/log/program_name.h"
 #include "tools/mimesis/log/replay.h"
 #include "tools/mimesis/log/replay_log.h"
 
 // A recorded run of a node, stepped again: shared by the verbs that compare and that restore.
 namespace mimesis::tool {
 
-/// Path of the program that ran a run, or of the `wanted` one (a folder: of the same name in it).
-/// @throws ConfigError if there is none
-inline std::string program_of(const NodeRun& node_run, std::string wanted) {
-  if (wanted.empty()) wanted = node_run.start.executable();
-  if (std::error_code ignored; std::filesystem::is_directory(wanted, ignored)) {
-    wanted += "/" + node_run.start.executable();
+/// Path of the program to run a node again: the `wanted` one (a folder: of the recorded name in
+/// it), else that of the recorded name beside this program. A log is data: it chooses no other.
+/// @throws ConfigError if there is none, or if the log names what is no node's program
+inline std::string program_of(const NodeRun& node_run, const std::string& wanted) {
+  namespace fs = std::filesystem;
+  const std::string& recorded = node_run.start.executable();
+  std::error_code ignored;
+  std::string path = wanted;
+  if (wanted.empty() || fs::is_directory(wanted, ignored)) {
+    if (wanted.empty() ? !is_program_name(recorded) : !is_file_name(recorded)) {
+      throw ConfigError(fmt::format(
+          "node '{}': the log names the program '{}', expected {}; --exec PATH says which one to "
+          "run",
+          node_run.node(), printable(recorded),
+          wanted.empty() ? "mimesis_NAME, without a folder" : "a name without a folder"));
+    }
+    const fs::path folder = wanted.empty()
+                                ? fs::read_symlink("/proc/self/exe", ignored).parent_path()
+                                : fs::path(wanted);
+    path = folder / recorded;
   }
-  const std::string path = launch::find_executable(wanted);
-  if (path.empty()) {
-    throw ConfigError(fmt::format(
-        "node '{}': there is no program '{}' beside this one or on PATH; --exec PATH names another",
-        node_run.node(), wanted));
+  const std::string found = launch::find_executable(path);
+  if (found.empty()) {
+    throw ConfigError(fmt::format("node '{}': there is no program {}; --exec PATH names another",
+                                  node_run.node(), path));
   }
-  return path;
+  return found;
 }
 
 /// The program as a replay starts it; `socket`: its steps come there. `folder` is for its
-/// parameters.
+/// parameters, and all that it may write to.
 inline launch::Command replay_command(const std::string& program, const NodeRun& node_run,
                                       const std::string& folder,
                                       const std::vector<std::string>& sets, int socket) {

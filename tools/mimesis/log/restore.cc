@@ -24,14 +24,14 @@ class Producer {
  public:
   /// @param topics of its messages that will be asked for
   Producer(const std::vector<OpenLog>& logs, const NodeRun& node_run,
-           const std::set<std::string>& topics)
+           const std::set<std::string>& topics, bool unconfined)
       : reader_(logs, node_run),
         node_(
             "node '" + node_run.node() + "'",
             [&](int socket) {
               return replay_command(program_of(node_run, ""), node_run, folder_.path(), {}, socket);
             },
-            kStepTimeout_s) {
+            kStepTimeout_s, unconfined ? "" : folder_.path()) {
     for (const std::string& topic : topics) waiting_[topic];
   }
 
@@ -75,8 +75,14 @@ class Producer {
 /// Makes whole messages of elided ones.
 class Restorer {
  public:
-  explicit Restorer(const std::vector<OpenLog>& logs)
-      : logs_(logs), node_runs_(find_node_runs(logs)) {}
+  /// @throws ConfigError if the log names a program that it may not, before any starts
+  Restorer(const std::vector<OpenLog>& logs, bool unconfined)
+      : logs_(logs), node_runs_(find_node_runs(logs)), unconfined_(unconfined) {
+    for (const OpenChannel& c : channels_of(logs)) {
+      const auto node_run = is_elided(*c.channel) ? run_of(*c.channel) : node_runs_.end();
+      if (node_run != node_runs_.end()) program_of(*node_run, "");
+    }
+  }
 
   /// @throws VerbEnd if it cannot be computed, or if other bytes are
   std::string whole(const Item& item) {
@@ -94,10 +100,13 @@ class Restorer {
   }
 
  private:
-  std::unique_ptr<Producer> make(const log::Channel& channel) {
-    const auto node_run = std::ranges::find_if(node_runs_, [&](const NodeRun& l) {
+  std::vector<NodeRun>::const_iterator run_of(const log::Channel& channel) const {
+    return std::ranges::find_if(node_runs_, [&](const NodeRun& l) {
       return l.node() == sender_of(channel) && l.start.start_id() == start_id_of(channel);
     });
+  }
+  std::unique_ptr<Producer> make(const log::Channel& channel) {
+    const auto node_run = run_of(channel);
     if (node_run == node_runs_.end()) {
       throw VerbEnd{fmt::format("{}: its payloads are elided, but the log holds no {}/start",
                                 channel.topic, sender_of(channel)),
@@ -108,17 +117,18 @@ class Restorer {
       if (is_elided(*c.channel) && sender_of(*c.channel) == node_run->node())
         topics.insert(c.channel->topic);
     }
-    return std::make_unique<Producer>(logs_, *node_run, topics);
+    return std::make_unique<Producer>(logs_, *node_run, topics, unconfined_);
   }
 
   const std::vector<OpenLog>& logs_;
   std::vector<NodeRun> node_runs_;
+  bool unconfined_;
   std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Producer>> producers_;
 };
 
 /// Copies all messages, elided ones whole.
-void restore(const std::vector<OpenLog>& logs, NewLog& out) {
-  Restorer restorer(logs);
+void restore(const std::vector<OpenLog>& logs, NewLog& out, bool unconfined) {
+  Restorer restorer(logs, unconfined);
   std::map<const log::Channel*, log::Channel> whole;
   out.read("restore", logs, {}, [&](const Item& item) {
     if (!is_elided(*item.channel)) return out.copy(item);
@@ -135,16 +145,16 @@ void restore(const std::vector<OpenLog>& logs, NewLog& out) {
   out.copy_metadata(logs, read_losses(logs));
 }
 
-int log_restore(const RewriteOptions& options) {
+int log_restore(const RewriteOptions& options, bool unconfined) {
   const auto logs = open_logs(options.inputs);
   NewLog out(options.output, logs);
-  restore(logs, out);
+  restore(logs, out, unconfined);
   return out.conclude(options.json);
 }
 
 }  // namespace
 
-std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths) {
+std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths, bool unconfined) {
   auto logs = open_logs(paths);
   std::set<std::string> topics;
   for (const OpenChannel& c : channels_of(logs)) {
@@ -155,7 +165,7 @@ std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths) {
   const TemporaryFolder folder;  // an open file needs no name
   const std::string path = folder.path() + "/whole.mcap";
   NewLog out({.path = path, .compression = log::Compression::lz4}, logs);
-  restore(logs, out);
+  restore(logs, out, unconfined);
   out.finish();
   auto whole = open_logs({path});
   whole.front().path = paths.front();
@@ -166,16 +176,19 @@ void add_restore(CLI::App& log, int& exit_code) {
   CLI::App* verb = log.add_subcommand(
       "restore", "Computes the payloads again that are elided in a log (record --elide)");
   auto o = std::make_shared<RewriteOptions>();
+  auto unconfined = std::make_shared<bool>(false);
   add_input_output(*verb, o->inputs, o->output);
   add_output_options(*verb, o->output);
   verb->add_flag("--json", o->json, "Print the result as one JSON object");
+  verb->add_flag("--unconfined", *unconfined,
+                 "Let the nodes write files and open devices and sockets");
   verb->footer(
       "Their node runs again step by step; every message is checked against the sum in the log.\n"
       "play and replay do the same by themselves.\n"
       "Example: mimesis log restore imitation.mcap whole.mcap");
-  on_run(*verb, exit_code, [o] {
+  on_run(*verb, exit_code, [o, unconfined] {
     take_output(o->inputs, o->output);
-    return log_restore(*o);
+    return log_restore(*o, *unconfined);
   });
 }
 

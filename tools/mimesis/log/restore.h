@@ -7,7 +7,9 @@
 namespace mimesis::tool {
 
 /// As open_logs, but elided payloads (elided_payload.h) are whole: their nodes run again, which is
-/// told on standard error. @throws VerbEnd also if that gives other bytes than were recorded.
-std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths);
+/// told on standard error. `unconfined`: see log replay. @throws VerbEnd also if that gives other
+/// bytes than were recorded; ConfigError if the log names a program that it may not.
+std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths,
+                                     bool unconfined = false);
 
 }  // namespace mimesis::tool

@@ -1,4 +1,6 @@
 // All actions of a step are compared with the log.
+#include "tools/mimesis/log/replay_step.h"
+
 #include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/log/test/node_run_log.h"
 
@@ -145,6 +147,31 @@ TEST_F(Comparison, AnswersOfServices) {
 TEST_F(Comparison, WhatTheNodeSaysOfAStepItCannotReplay) {
   outcome_.set_problem("read more than was recorded");
   EXPECT_EQ(what(), "read more than was recorded");
+}
+
+/// A log is data: it names nodes of Mimesis, which are looked for beside this program.
+TEST(ReplayedProgram, IsNoneThatALogChooses) {
+  NodeRun node_run;
+  node_run.start.set_node("n");
+  for (const char* name :
+       {"", "/bin/sh", "./mimesis_vision", "../bin/mimesis_vision", "mimesis_a/../../../bin/sh",
+        "sh", "mimesis", "mimesis_vision; reboot", "mimesis_$(reboot)", "mimesis_vision\n",
+        "-mimesis_vision", "mimesis_../x", "~/mimesis_vision", "mimesis_\xff"}) {
+    node_run.start.set_executable(name);
+    try {
+      ADD_FAILURE() << name << " runs " << program_of(node_run, "");
+    } catch (const ConfigError& e) {
+      EXPECT_NE(std::string(e.what()).find("the log names the program"), std::string::npos)
+          << e.what();
+    }
+  }
+  node_run.start.set_executable("mimesis_of_nobody");
+  EXPECT_THROW(program_of(node_run, ""), ConfigError) << "not beside this program";
+  EXPECT_EQ(program_of(node_run, "/bin/sh"), "/bin/sh") << "the user's choice";
+  node_run.start.set_executable("sh");
+  EXPECT_EQ(program_of(node_run, "/bin"), "/bin/sh") << "a name in the user's folder";
+  node_run.start.set_executable("../bin/sh");
+  EXPECT_THROW(program_of(node_run, "/bin"), ConfigError);
 }
 
 }  // namespace
