@@ -23,6 +23,7 @@
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/log_folder.h"
+#include "tools/mimesis/machine_state.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
@@ -129,7 +130,7 @@ Finding sockets() {
     return {"sockets", State::ok, folder};
   } catch (const ConfigError& e) {
     return {"sockets", State::problem, e.what(),
-            "a folder of your own, mode 0700, in XDG_RUNTIME_DIR"};
+            "a folder of your own, mode 0700, in MIMESIS_RUNTIME_DIR"};
   }
 }
 
@@ -193,14 +194,25 @@ Finding graphs() {
           running.empty() ? "none runs" : fmt::format("{}", fmt::join(running, ", "))};
 }
 
-int doctor(bool json) {
+Finding load() {
+  const MachineState state = measure_machine(std::chrono::seconds(1));
+  if (!state.busy()) return {"load", State::ok, state.text()};
+  return {"load", State::warning, state.text(),
+          "wait, or end other programs: graphs on the wall clock miss cycles; sched: fifo of the "
+          "launch file helps"};
+}
+
+int doctor(bool json, bool quick) {
   static const std::map<State, std::string> kWords{{State::ok, "ok"},
                                                    {State::information, "info"},
                                                    {State::warning, "warning"},
                                                    {State::problem, "problem"}};
-  const std::vector<Finding> findings{
-      real_time_priority(), locked_memory(),  governor(), kernel(),   clock_sync(), sockets(),
-      open_files(),         can_interfaces(), disk(),     versions(), graphs()};
+  std::vector<Finding> findings{load()};
+  if (!quick) {
+    findings.insert(findings.end(),
+                    {real_time_priority(), locked_memory(), governor(), kernel(), clock_sync(),
+                     sockets(), open_files(), can_interfaces(), disk(), versions(), graphs()});
+  }
   auto list = nlohmann::ordered_json::array();
   Table table({"CHECK", "STATE", "FOUND"});
   for (const Finding& f : findings) {
@@ -230,10 +242,12 @@ void add_doctor(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("doctor");
   auto o = std::make_shared<GraphOptions>();
   verb->add_flag("--json", o->json, "Machine-readable output (tools/mimesis/README.md)");
+  auto quick = std::make_shared<bool>(false);
+  verb->add_flag("--quick", *quick, "Only whether the machine is too busy for the wall clock: 1 s");
   verb->footer(
       "Exit code 1 if a graph cannot run; warnings do not count.\n"
       "Examples:\n  mimesis doctor\n  mimesis doctor --json");
-  verb->callback([=, &exit_code] { exit_code = doctor(o->json); });
+  verb->callback([=, &exit_code] { exit_code = doctor(o->json, *quick); });
 }
 
 }  // namespace mimesis::tool

@@ -49,7 +49,8 @@ class HostAgent {
         directory_(runtime::graph_directory(options.graph)),
         registry_((clean_folder(directory_), directory_)),
         time_(directory_),
-        far_(directory_) {
+        far_(directory_),
+        local_(directory_) {
     link_.put_raw(HostLink::kHello);
     v1::HostReport hello;
     if (const auto key = runtime::own_key()) hello.set_public_key(key->public_key);

@@ -37,7 +37,7 @@ std::string distrust(const Keys& a, const Keys& b) {
 }  // namespace
 
 Hosts::Hosts(const GraphFile& graph, const Run& run, const std::string& directory)
-    : time_(directory), shown_(directory) {
+    : time_(directory), shown_(directory), here_(directory) {
   if (!graph.several_hosts()) return;
   NodeSpec self;
   self.name.text = "launcher";

@@ -21,9 +21,11 @@
 #include "tools/mimesis/launch/file_help.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/result.h"
+#include "tools/mimesis/launch/say.h"
 #include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/log_folder.h"
+#include "tools/mimesis/machine_state.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/verb.h"
 
@@ -176,6 +178,10 @@ std::uint64_t folder_size(const std::string& folder) {
 }
 
 int run_graph(const GraphFile& graph, const Run& run, bool json, Fd life) {
+  if (graph.clock == "wall") {
+    const auto machine = tool::measure_machine(std::chrono::milliseconds(100));
+    if (machine.busy()) say("this machine may be too busy for the wall clock: {}", machine.text());
+  }
   const runtime::GraphTime time(runtime::graph_directory(run.graph));  // one offset for all the run
   const auto start = std::chrono::steady_clock::now();
   std::unique_ptr<ResultWatcher> watcher;
@@ -202,6 +208,12 @@ int run_graph(const GraphFile& graph, const Run& run, bool json, Fd life) {
     result["log"] = run.log;
     const bool succeeded = outcome.reason.empty() && watcher->collector().succeeded();
     if (!succeeded && outcome.exit_code == 0) outcome.exit_code = 1;
+    if (!succeeded && outcome.exit_code < 128) {  // not interrupted: what came first
+      const auto told = result.find("reason");
+      const std::string reason =
+          told != result.end() && told->is_string() ? told->get<std::string>() : outcome.reason;
+      result["reason"] = watcher->causes().before(reason, graph.clock == "wall");
+    }
   }
   if (json) print_summary(outcome, run);
   if (!result.is_null()) print(result);

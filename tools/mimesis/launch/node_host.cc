@@ -12,7 +12,7 @@ namespace {
 using Kind = HostEvent::Kind;
 
 constexpr std::size_t kMaxLine = 4096;
-constexpr int kReadsPerTurn = 16;
+constexpr int kReadsPerTurn = 16, kSignsPerTurn = 1000;
 
 /// Takes what is readable (at most 256 KiB, so that others get their turn); closes a stream at its
 /// end. A line of more than 4 KiB is broken.
@@ -99,7 +99,10 @@ std::vector<HostEvent> LocalHost::poll() {
   std::vector<HostEvent> events = std::exchange(failed_, {});
   const nanoseconds passed = watched_.passed(std::chrono::steady_clock::now());
   if (units_) units_->poll();
-  while (const auto sign = watchdog_.next()) {
+  // Not for ever: whoever floods the socket must not keep the supervisor from its work.
+  for (int left = kSignsPerTurn; left > 0; --left) {
+    const auto sign = watchdog_.next();
+    if (!sign) break;
     for (auto& [name, process] : running_) {
       if (pid(process) != sign->pid) continue;
       if (sign->ready) {

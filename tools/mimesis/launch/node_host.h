@@ -50,6 +50,8 @@ class NodeHost {
 
 class LocalHost final : public NodeHost {
  public:
+  /// `directory`: of the graph. @throws std::runtime_error without a socket in it.
+  explicit LocalHost(const std::string& directory) : watchdog_(directory) {}
   bool up() const override { return true; }
   void start(const std::string& node, const Start& start) override;
   void send(const std::string& node, int signal) override;

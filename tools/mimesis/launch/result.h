@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -25,6 +26,8 @@
 #include "common/runtime/own_topics.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
+#include "proto/foxglove/log.pb.h"
+#include "proto/runtime.pb.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/process.h"
@@ -130,6 +133,34 @@ class ResultCollector {
   std::optional<Stamp> end_;
 };
 
+/// What may have made a run fail: the first complaint of a node, and what the machine did
+/// meanwhile.
+class Causes {
+ public:
+  /// A line that a node logged, at a time since the start of the run.
+  void add(const foxglove::Log& line, std::chrono::nanoseconds at);
+  void add(const v1::Health& health) { missed_[health.node()] = health.overruns(); }
+  /// Puts them before what followed: "bridge: A1: no feedback for 0.1 s (at 4.21 s); the machine
+  /// was busy: load 9.8 on 2 processors, bridge missed 41 cycles; REASON".
+  /// @param on_wall_clock  else a busy machine only takes longer
+  std::string before(const std::string& reason, bool on_wall_clock) const;
+
+ private:
+  struct Complaint {
+    std::string node, text;
+    std::chrono::nanoseconds at;
+    foxglove::Log::Level level;
+  };
+  std::string machine() const;
+
+  std::optional<Complaint> first_;                ///< an error if there is one, else a warning
+  std::map<std::string, std::uint64_t> missed_;   ///< cycles, by node
+  std::array<double, 2> began_ = machine_time();  ///< stolen, whole
+
+  /// Time of all processors since boot that was stolen, and all of it, in ticks.
+  static std::array<double, 2> machine_time();
+};
+
 /// Follows the topics of `result:` on a thread of its own and ends the run when the result is
 /// complete, the graph's time is up, or the guard of wall time is.
 class ResultWatcher {
@@ -146,7 +177,9 @@ class ResultWatcher {
             // Every node says once a second that it lives: this shows graph time though nothing
             // else happens.
             [this](const std::string& topic) {
-              return collector_.wants(topic) || runtime::is_own_topic(topic, runtime::kHealthPort);
+              return collector_.wants(topic) ||
+                     runtime::is_own_topic(topic, runtime::kHealthPort) ||
+                     runtime::is_own_topic(topic, runtime::kLogPort);
             },
             runtime::Policy::reliable),
         event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
@@ -165,6 +198,7 @@ class ResultWatcher {
   const ResultCollector& collector() const { return collector_; }
   const std::string& failure() const { return failure_; }  ///< why there is no result, or empty
   bool misconfigured() const { return misconfigured_; }    ///< the failure is the launch file's
+  const Causes& causes() const { return causes_; }
   /// Time from the start to the newest message seen [s]. From any thread.
   double graph_now_s() const { return to_seconds(newest_.load() - epoch_); }
   /// Time from the start to the result, or to the newest message seen [s].
@@ -203,8 +237,19 @@ class ResultWatcher {
     const std::uint64_t one = 1;
     if (write(event_.get(), &one, sizeof one) != sizeof one) failure_ = "eventfd failed";
   }
+  void note_cause(const runtime::Tapped& tapped) {
+    foxglove::Log line;
+    v1::Health health;
+    const std::string& bytes = tapped.message.payload;
+    if (tapped.type == line.GetTypeName() && line.ParseFromString(bytes)) {
+      causes_.add(line, tapped.message.stamp - epoch_);
+    } else if (tapped.type == health.GetTypeName() && health.ParseFromString(bytes)) {
+      causes_.add(health);
+    }
+  }
   void take(const runtime::Tapped& tapped) {
     newest_ = std::max(newest_.load(), tapped.message.stamp);
+    note_cause(tapped);
     if (!collector_.wants(tapped.topic)) return;
     const auto message = types_.make(tapped.type, tap_->descriptors(tapped.type_hash));
     if (message == nullptr || !message->ParseFromString(tapped.message.payload)) {
@@ -223,6 +268,7 @@ class ResultWatcher {
   Fd event_;
   std::string failure_;
   bool misconfigured_ = false;
+  Causes causes_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

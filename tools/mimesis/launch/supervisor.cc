@@ -100,7 +100,7 @@ class LineLog {
 LineLog::LineLog(const std::string& name, const std::string& file, Shown shown)
     : prefix_("[" + name + "] "),
       shown_(shown),
-      file_(open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
+      file_(open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600)) {
   if (!file_.open()) throw std::runtime_error(file + ": " + std::strerror(errno));
 }
 

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstddef>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -19,31 +18,31 @@
 
 namespace mimesis::launch {
 
-Watchdog::Watchdog() : socket_(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  socklen_t size = sizeof address;
+Watchdog::Watchdog(const std::string& directory)
+    : path_(fmt::format("{}/launcher-{}.notify", directory, getpid())),
+      socket_(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
   const int on = 1;
-  auto* const any = reinterpret_cast<sockaddr*>(&address);
-  // Bound without a name the kernel finds a free abstract one.
-  if (bind(socket_.get(), any, sizeof address.sun_family) != 0 ||
-      getsockname(socket_.get(), any, &size) != 0 ||
+  const bool fits = path_.size() < sizeof address.sun_path;
+  if (fits) path_.copy(address.sun_path, path_.size());
+  unlink(path_.c_str());  // of a process that had this number before
+  if (!fits || bind(socket_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
       setsockopt(socket_.get(), SOL_SOCKET, SO_PASSCRED, &on, sizeof on) != 0) {
-    throw std::runtime_error(std::string("no socket for the nodes' signs of life: ") +
-                             std::strerror(errno));
+    throw std::runtime_error(fmt::format("no socket for the nodes' signs of life: {}: {}", path_,
+                                         std::strerror(fits ? errno : ENAMETOOLONG)));
   }
-  address_ = "@" + std::string(address.sun_path + 1, size - offsetof(sockaddr_un, sun_path) - 1);
 }
 
 std::vector<std::pair<std::string, std::string>> Watchdog::environment(
     const std::string& prefix) const {
   const std::chrono::microseconds period = kNamed;
-  return {{prefix + "NOTIFY_SOCKET", address_},
+  return {{prefix + "NOTIFY_SOCKET", path_},
           {prefix + "WATCHDOG_USEC", std::to_string(period.count())}};
 }
 
 std::optional<Watchdog::Sign> Watchdog::next() {
-  for (;;) {
+  constexpr int kOtherWords = 100;  // one after the other: then another turn
+  for (int words = 0; words < kOtherWords; ++words) {
     std::array<char, 64> word{};
     alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ucred))> control{};
     iovec part{word.data(), word.size()};
@@ -63,6 +62,7 @@ std::optional<Watchdog::Sign> Watchdog::next() {
       return Sign{.pid = sender.pid, .ready = said == "READY=1"};
     }
   }
+  return std::nullopt;
 }
 
 std::string Activity::text() const {

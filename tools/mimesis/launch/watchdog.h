@@ -10,14 +10,18 @@
 namespace mimesis::launch {
 
 /// Hears the nodes' signs of life, in the protocol of systemd (sd_notify(3), WATCHDOG=1), on a
-/// socket of its own. The kernel says which process sent one.
+/// socket in the graph's folder, which other users cannot reach: an abstract one they could fill,
+/// so that nodes seem to hang. The kernel says which process sent a sign.
 class Watchdog {
  public:
   /// A node that is silent for this long is named.
   static constexpr std::chrono::milliseconds kNamed{900};
 
-  /// @throws std::runtime_error without a socket.
-  Watchdog();
+  /// `directory`: of the graph. @throws std::runtime_error without a socket.
+  explicit Watchdog(const std::string& directory);
+  ~Watchdog() { unlink(path_.c_str()); }
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
   /// What a node needs to know. `prefix`: of the variables' names
   std::vector<std::pair<std::string, std::string>> environment(const std::string& prefix) const;
   int fd() const { return socket_.get(); }  ///< readable when a sign has come
@@ -29,8 +33,8 @@ class Watchdog {
   std::optional<Sign> next();
 
  private:
+  std::string path_;  ///< as in $NOTIFY_SOCKET
   Fd socket_;
-  std::string address_;  ///< as in $NOTIFY_SOCKET
 };
 
 /// Activity of a process, from /proc.

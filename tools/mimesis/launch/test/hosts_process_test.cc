@@ -204,6 +204,32 @@ TEST_F(LaunchHosts, RefusesHostsThatDoNotTrustEachOtherAndThoseThatAreNotThere) 
             std::string::npos);
 }
 
+/// A key that is taken back ends connections that it had opened, in both directions.
+TEST_F(LaunchHosts, AKeyThatIsTakenBackIsHeardNoMore) {
+  begin(2);
+  if (HasFatalFailure()) return;
+  start(counter("a") + counter("b", ", host: h2"));
+  ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
+  const std::string echo = "topic echo --reliable --graph " + graph_;
+  const auto here = at(1).mimesis(echo + " b/out"), there = at(2).mimesis(echo + " a/out");
+  ASSERT_TRUE(until([&] { return here->output().size() > 100 && there->output().size() > 100; }))
+      << here->errors() << there->errors();
+  const std::string key = at(2).told("key show");
+  EXPECT_NE(at(1).told("key list --json --graph " + graph_).find(key + "\",\"nodes\":[\"b\"]"),
+            std::string::npos);
+  at(1).told("key untrust h2");
+  ASSERT_TRUE(until([&] {
+    return here->errors().find("not trusted any more") != std::string::npos;
+  })) << here->errors();
+  std::this_thread::sleep_for(2s);  // the promise
+  const std::size_t heard_here = here->output().size(), heard_there = there->output().size();
+  std::this_thread::sleep_for(1s);
+  EXPECT_EQ(here->output().size(), heard_here);
+  EXPECT_EQ(there->output().size(), heard_there);
+  launch_->signal(SIGINT);
+  EXPECT_EQ(launch_->wait(), 130);
+}
+
 TEST_F(LaunchHosts, GraphTimeIsOneAndClocksThatDifferAreNamed) {
   begin(2);
   if (HasFatalFailure()) return;

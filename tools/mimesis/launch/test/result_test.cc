@@ -123,5 +123,27 @@ TEST(MessageJson, ReachesElements) {
   EXPECT_THROW(tool::field_json(m, "points.x"), ConfigError);
 }
 
+foxglove::Log line(const std::string& node, const std::string& text, foxglove::Log::Level level) {
+  foxglove::Log log;
+  log.set_name(node);
+  log.set_message(text);
+  log.set_level(level);
+  return log;
+}
+
+TEST(Causes, TheFirstComplaintStandsBeforeWhatFollowed) {
+  using std::chrono::milliseconds;
+  Causes causes;
+  EXPECT_EQ(causes.before("late", false), "late");
+  causes.add(line("a", "fine", foxglove::Log::INFO), milliseconds(100));
+  causes.add(line("b", "later", foxglove::Log::WARNING), milliseconds(5000));
+  causes.add(line("c", "no feedback", foxglove::Log::WARNING), milliseconds(4210));
+  EXPECT_EQ(causes.before("late", false), "c: no feedback (at 4.21 s); late");
+  EXPECT_EQ(causes.before("it has no feedback", false), "it has no feedback");
+  causes.add(line("d", "broken", foxglove::Log::ERROR), milliseconds(6000));
+  causes.add(line("e", "earlier, but not grave", foxglove::Log::WARNING), milliseconds(1));
+  EXPECT_EQ(causes.before("late", false), "d: broken (at 6.00 s); late");
+}
+
 }  // namespace
 }  // namespace mimesis::launch

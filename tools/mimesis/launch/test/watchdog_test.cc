@@ -6,6 +6,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "common/testing/process.h"
+
 namespace mimesis::launch {
 namespace {
 
@@ -28,16 +30,16 @@ TEST(Watchdog, SeesWhatAProcessDoes) {
 }
 
 TEST(Watchdog, HearsSignsOfLifeAlone) {
-  Watchdog watchdog;
-  const std::string name = watchdog.environment("").at(0).second;  // @NAME
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::ranges::copy(name.substr(1), address.sun_path + 1);
-  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
+  const testing::TestGraph graph;
+  Watchdog watchdog(graph.directory());
+  const std::string path = watchdog.environment("").at(0).second;
+  EXPECT_TRUE(path.starts_with(graph.directory() + "/")) << "other users reach " << path;
+  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+  path.copy(address.sun_path, path.size());
   const Fd sender(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   for (const std::string word : {"STATUS=x", "READY=1", "WATCHDOG=1", "WATCHDOG=10"}) {
     EXPECT_EQ(sendto(sender.get(), word.data(), word.size(), 0,
-                     reinterpret_cast<const sockaddr*>(&address), size),
+                     reinterpret_cast<const sockaddr*>(&address), sizeof address),
               static_cast<ssize_t>(word.size()));
   }
   for (const bool ready : {true, false}) {
