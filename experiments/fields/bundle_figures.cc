@@ -170,7 +170,6 @@ void add_bundle_figures(std::vector<reproduce::Figure>& to) {
                 "own",
                 {.goal = 9},
                 learned_bundles,
-                {},
                 1.0});
 }
 

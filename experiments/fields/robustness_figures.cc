@@ -193,7 +193,6 @@ void add_robustness_figures(std::vector<reproduce::Figure>& to) {
                 "own",
                 {.goal = 18},
                 jitter,
-                {},
                 2.0});
   to.push_back({"fields-sensitivity",
                 "Which symbols of a demonstration the decisions depend on",

@@ -96,9 +96,6 @@ struct Figure {
   /// Computes the rows; writes plots into the folder if one is given. @throws std::runtime_error if
   /// a plot cannot be made.
   std::function<Report(const PlotDir& plot_dir)> compute;
-  /// Optional: draws the motion as a film into the folder. Returns what to look at. @throws
-  /// std::runtime_error if a picture cannot be written.
-  std::function<std::vector<std::filesystem::path>(const std::filesystem::path& dir)> film{};
   /// CPU time on a processor of 2020, all threads, if it is a minute or more
   double cpu_minutes = 0.0;
 

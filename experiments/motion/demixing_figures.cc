@@ -365,7 +365,6 @@ void add_demixing_figures(std::vector<reproduce::Figure>& to) {
                 "M18",
                 {.published = 5, .goal = 13},
                 quality_against_sources,
-                {},
                 4});
   to.push_back({"fig-3.11",
                 "Four sources, one of them not periodic",
@@ -377,7 +376,6 @@ void add_demixing_figures(std::vector<reproduce::Figure>& to) {
                 "M18",
                 {.published = 2, .prototype = 6, .goal = 20},
                 accuracy,
-                {},
                 5});
 }
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/image/image_file.h"
 #include "experiments/motion/drawer_training.h"
 #include "experiments/motion/figures.h"
 
@@ -17,21 +16,6 @@ using reproduce::prototype;
 using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
-using Paths = std::vector<std::filesystem::path>;
-
-constexpr double kFilmEvery = 4;  // steps of 5 ms: 50 pictures a second
-constexpr int kPoses = 12;
-
-void save(const image::Image& picture, const std::filesystem::path& path, Report& report) {
-  if (const auto written = image::write_png(path, picture); !written)
-    throw std::runtime_error(written.error().reason);
-  report.plots.push_back(path);
-}
-
-image::Image poses(const DrawerRun& run) {
-  const auto frames = drawer_film(run, 10);
-  return poses_along_path(frames, kPoses, side_view(frames, 1400, 420));
-}
 
 void quality_rows(const DrawerRun& run, const std::string& what, Report& report) {
   const SequenceState& end = run.states.back();
@@ -79,7 +63,7 @@ double drawn_range(int cycles) {
   return cycles * (most[0] - least[0]) + most[1] - least[1];
 }
 
-Report two_distances(const PlotDir& plot_dir) {
+Report two_distances(const PlotDir&) {
   Report report;
   for (const double d : {2.34, 2.45, 2.85, 2.94}) {
     const DrawerRun run = run_drawer(d);
@@ -88,8 +72,6 @@ Report two_distances(const PlotDir& plot_dir) {
                                published(3, "M18 3.7"), 0, "1"));
     quality_rows(run, what, report);
     mixture_rows(run, what, report);
-    if (plot_dir && (d == 2.45 || d == 2.85))
-      save(poses(run), *plot_dir / ("fig-3.37-" + what.substr(0, 4) + "m.png"), report);
   }
   for (const auto& [d, cycles] : {std::pair{3.84, 2}, {4.62, 2}, {5.3, 3}}) {
     const DrawerRun run = run_drawer(d);
@@ -126,7 +108,7 @@ SequenceState at_stand(double distance_m) {
   return *std::ranges::find_if(run.states, [](const auto& s) { return s.action == kStanding; });
 }
 
-Report posture_before_stand(const PlotDir& plot_dir) {
+Report posture_before_stand(const PlotDir&) {
   Report report;
   const PlanSettings settings;
   auto second = [&](double d) {
@@ -147,28 +129,13 @@ Report posture_before_stand(const PlotDir& plot_dir) {
   constexpr double kDegree = 180.0 / 3.14159265358979323846;
   report.rows.push_back(at_least("largest difference of a joint at the same distance to the drawer",
                                  most * kDegree, 2.0, "deg", "0 if the step before did not count"));
-  if (plot_dir) {
-    FilmFrame frame;
-    const Colour red{200, 60, 40}, green{50, 140, 70};
-    const mocap::Body& body = drawer_maps().model().body;
-    auto place = [&](SequenceState s, const Colour& c) {
-      s.pelvis_W_m.x() = 0.0;
-      add_body(frame, body, drawer_pose(s),
-               {.trunk = c, .left = c, .right = paler(c, 0.35), .skin = c, .thick = 0.6});
-    };
-    place(far, red);
-    place(near_by, green);
-    frame.label = "red 0.53 m, green 0.39 m";
-    frame.camera = side_view(std::span(&frame, 1), 700, 700);
-    save(draw(frame), *plot_dir / "fig-3.38.png", report);
-  }
   return report;
 }
 
 constexpr double kStart = 2.64;
 const std::vector<DrawerJump> kJump = {{1.6, 0.5}};
 
-Report jump(const PlotDir& plot_dir) {
+Report jump(const PlotDir&) {
   Report report;
   const DrawerRun calm = run_drawer(kStart), jumped = run_drawer(kStart, kJump);
   report.rows.push_back(near("actions without the jump", static_cast<double>(calm.history.size()),
@@ -189,16 +156,7 @@ Report jump(const PlotDir& plot_dir) {
                              static_cast<double>(followed) / all, goal(1.0), 0.0, "1"));
   report.rows.push_back(at_most("their largest error of the final distance", worst, 0.085, "m",
                                 "what arms and trunk make up for"));
-  if (plot_dir) save(poses(jumped), *plot_dir / "fig-3.39.png", report);
   return report;
-}
-
-Paths film_drawer(const DrawerRun& run, const std::filesystem::path& dir, const std::string& name) {
-  const auto frames = drawer_film(run, static_cast<std::size_t>(kFilmEvery));
-  StripOptions strip;
-  strip.count = 8;
-  strip.cell_width_px = 400;
-  return write_film(frames, dir, name, strip);
 }
 
 }  // namespace
@@ -208,10 +166,7 @@ void add_drawer_motion_figures(std::vector<reproduce::Figure>& to) {
                 "walking to a drawer from distances that were not trained",
                 "M18",
                 {.published = 23, .prototype = 7, .goal = 15},
-                two_distances,
-                [](const std::filesystem::path& dir) {
-                  return film_drawer(run_drawer(2.85), dir, "fig-3.37");
-                }});
+                two_distances});
   to.push_back({"fig-3.38",
                 "posture before the stand depends on the step before",
                 "M18",
@@ -221,10 +176,7 @@ void add_drawer_motion_figures(std::vector<reproduce::Figure>& to) {
                 "the drawer jumps away during the approach",
                 "M18",
                 {.published = 4, .prototype = 1, .goal = 2},
-                jump,
-                [](const std::filesystem::path& dir) {
-                  return film_drawer(run_drawer(kStart, kJump), dir, "fig-3.39");
-                }});
+                jump});
 }
 
 }  // namespace mimesis::synthesizer

@@ -11,7 +11,6 @@
 #include "experiments/motion/avatar_network.h"
 #include "experiments/motion/baselines.h"
 #include "experiments/motion/figures.h"
-#include "experiments/motion/film.h"
 #include "experiments/motion/styled_walks.h"
 
 namespace mimesis::synthesizer {
@@ -22,7 +21,6 @@ using reproduce::at_least;
 using reproduce::at_most;
 using reproduce::published;
 using reproduce::Report;
-using Paths = std::vector<std::filesystem::path>;
 using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr double kQuarter = 0.5 * std::numbers::pi;  // offset at the start, ahead and behind
@@ -40,10 +38,6 @@ motion::MotionModel first_pattern(const RecordedWalks& walks, const demix::Mixtu
 }
 
 const demix::SisaOptions kThreeSources{.sources = 3};
-
-motion::MotionModel anechoic(const RecordedWalks& walks) {
-  return first_pattern(walks, demix::sisa(walks.trials, kThreeSources).mixture);
-}
 
 motion::MotionModel principal(const RecordedWalks& walks, int components) {
   return first_pattern(walks, demix::principal_components(walks.trials, components));
@@ -196,40 +190,6 @@ Report followers(const PlotDir& dir) {
   return report;
 }
 
-Paths film_network(const std::filesystem::path& dir) {
-  if (!absent_clip(kClips).empty()) return {};
-  const RecordedWalks walks = recorded_walks(kClips);
-  const Avatar ours(anechoic(walks)), pca(principal(walks, 7));
-  constexpr double kLength_s = 8.0;
-  const Transient one = come_into_step(ours, ours, {kShown, kExternal, -kQuarter, kLength_s, true});
-  const Transient two =
-      come_into_step(ours, pca, {kShown, same_pull(7), -kQuarter, kLength_s, true});
-  const auto at = [](mocap::BodyPose pose, double y) {
-    for (auto& p : pose.p_WJ) p.y() += y;
-    return pose;
-  };
-  const auto paint = [](const Colour& c) {
-    return FilmPaint{.trunk = c, .left = paler(c, 0.45), .right = c, .skin = {226, 178, 142}};
-  };
-  std::vector<FilmFrame> frames;
-  for (std::size_t i = 0; i < one.leader.size(); i += 2) {
-    FilmFrame frame;
-    const mocap::BodyPose poses[] = {at(one.leader[i], 0.0), at(one.follower[i], 1.1),
-                                     at(two.follower[i], -1.1)};
-    add_body(frame, walks.body, poses[0], paint({90, 90, 96}));
-    add_body(frame, walks.body, poses[1], paint({30, 130, 80}));
-    add_body(frame, walks.body, poses[2], paint({200, 80, 50}));
-    const Eigen::Vector3d centre = (poses[0].p_WJ[0] + poses[1].p_WJ[0] + poses[2].p_WJ[0]) / 3.0;
-    const Eigen::Vector3d target(centre.x(), centre.y(), 0.85);
-    frame.camera = {.eye_m = target + Eigen::Vector3d(3.4, -4.2, 1.0),
-                    .target_m = target,
-                    .field_of_view_rad = 0.5};
-    frame.label = film_time(one.instants[i].time_s) + " grey leads, green ours, red PCA";
-    frames.push_back(std::move(frame));
-  }
-  return write_film(frames, dir, "fig-3.31", {.count = 10, .cell_width_px = 300});
-}
-
 }  // namespace
 
 void add_network_figures(std::vector<reproduce::Figure>& to) {
@@ -237,8 +197,7 @@ void add_network_figures(std::vector<reproduce::Figure>& to) {
                 "coming into step with a leader: mixture with delays against PCA",
                 "M18",
                 {.published = 7, .goal = 12},
-                followers,
-                film_network});
+                followers});
 }
 
 }  // namespace mimesis::synthesizer

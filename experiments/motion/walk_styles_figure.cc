@@ -17,7 +17,6 @@ using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
 using reproduce::Report;
-using Paths = std::vector<std::filesystem::path>;
 using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr int kStyleSources = 5;
@@ -224,28 +223,6 @@ Report walk_styles(const PlotDir& dir) {
   return report;
 }
 
-Paths film_styles(const std::filesystem::path& dir) {
-  if (!absent_clip(clips()).empty()) return {};
-  const motion::MotionModel& model = styles_model();
-  std::vector<FilmFrame> frames;
-  promenade(model, styles_of(model), 3, [&](int i, std::size_t style, const StyleWalk& walk) {
-    if (i % 3 != 0) return;  // 20 pictures a second
-    FilmFrame frame;
-    add_body(frame, model.body, character_pose(model, walk.batch(), 0));
-    const RootPose root = walk.batch().root(0);
-    const Eigen::Vector3d target(root.position_W_m.x(), root.position_W_m.y(), 0.86);
-    constexpr double kAround = -1.1;  // from the right, half in front
-    frame.camera = {
-        .eye_m = target + Eigen::Vector3d(4.0 * std::cos(kAround), 4.0 * std::sin(kAround), 0.5),
-        .target_m = target,
-        .field_of_view_rad = 0.55,
-        .width_px = 480};
-    frame.label = film_time(i * kDt) + "  " + kWalkStyles[style];
-    frames.push_back(std::move(frame));
-  });
-  return write_film(frames, dir, "walk-styles", {.count = 12, .cell_width_px = 240});
-}
-
 }  // namespace
 
 void add_walk_styles_figure(std::vector<reproduce::Figure>& to) {
@@ -253,8 +230,7 @@ void add_walk_styles_figure(std::vector<reproduce::Figure>& to) {
                 "one character walks through recorded styles",
                 "M18",
                 {.prototype = 6, .goal = 5},
-                walk_styles,
-                film_styles});
+                walk_styles});
 }
 
 }  // namespace mimesis::synthesizer

@@ -6,18 +6,15 @@
 
 namespace mimesis::walk {
 
-/// Figures and tables of walking that need the physics: M18 3.8 and the paths of 4.5.1. A build
-/// without DART lists them; running one throws an error that says how to get DART.
+/// Figures and tables of walking that need the physics: M18 3.8, the paths of 4.5.1, and three
+/// walks of the suites. A build without DART lists them; running one throws an error that says how
+/// to get DART.
 std::vector<reproduce::Figure> figures();
-
-/// Films of the biped in the physics: a walk with moving arms, the drawer task, a push during a
-/// walk. A build without DART treats them like figures().
-std::vector<reproduce::Figure> films();
 
 struct Title {
   const char *name, *title;
   reproduce::Declared rows;
-  double cpu_minutes;  ///< about, run alone; figures of one call share their walks
+  double cpu_minutes = 0.0;  ///< about, run alone; figures of one call share their walks
   const char* source = "M18";
 };
 inline constexpr std::array kTitles = {
@@ -61,38 +58,30 @@ inline constexpr std::array kTitles = {
           {.goal = 12},
           21,
           "own"},
+    Title{"walk-arms",
+          "the biped walks at 0.3 m/s and swings its arms",
+          {.closed_form = 1, .goal = 2}},
+    Title{"walk-drawer",
+          "the biped walks to a drawer, opens it and takes an object out [sec. 3.8]",
+          {.goal = 5}},
+    Title{"walk-push", "the biped is pushed aside by 10 N s while it walks", {.goal = 2}},
 };
 
 using PlotDir = std::optional<std::filesystem::path>;
-using Paths = std::vector<std::filesystem::path>;
 
 reproduce::Report power_law(const PlotDir& plot_dir);
 // The experiments of the drawer study, on shared walks.
 reproduce::Report accuracy(const PlotDir& plot_dir);
 reproduce::Report filtered_zmp(const PlotDir& plot_dir);
 reproduce::Report extremes(const PlotDir& plot_dir);
-Paths extremes_film(const std::filesystem::path& dir);
 reproduce::Report jumps(const PlotDir& plot_dir);
-Paths jumps_film(const std::filesystem::path& dir);
 reproduce::Report zmp_spread(const PlotDir& plot_dir);
 reproduce::Report falls_table(const PlotDir& plot_dir);
 reproduce::Report peaks(const PlotDir& plot_dir);
-// Another robot.
 reproduce::Report second_robot(const PlotDir& plot_dir);
-// Another physics.
 reproduce::Report second_engine(const PlotDir& plot_dir);
-
-struct FilmTitle {
-  const char *name, *title;
-  reproduce::Declared rows;
-};
-inline constexpr FilmTitle kWalkArms{
-    "walk-arms", "the biped walks at 0.3 m/s and swings its arms", {.closed_form = 1, .goal = 2}};
-inline constexpr FilmTitle kWalkDrawer{
-    "walk-drawer",
-    "the biped walks to a drawer, opens it and takes an object out [sec. 3.8]",
-    {.goal = 5}};
-inline constexpr FilmTitle kWalkPush{
-    "walk-push", "the biped is pushed aside by 10 N s while it walks", {.goal = 2}};
+reproduce::Report walk_arms(const PlotDir& plot_dir);
+reproduce::Report walk_drawer(const PlotDir& plot_dir);
+reproduce::Report walk_push(const PlotDir& plot_dir);
 
 }  // namespace mimesis::walk

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "experiments/walk/figures.h"
-#include "experiments/walk/film/scene.h"
 #include "experiments/walk/study/drawer_rows.h"
 #include "experiments/walk/study/drawer_study.h"
 
@@ -17,38 +16,7 @@ using reproduce::Report;
 
 // Behaviours for the smallest and largest steps and goal distances, and those between [M18 3.8.4,
 // fig. 3.44].
-namespace {
-
-constexpr double kStrip_s = 0.2;  // between pictures that a strip is chosen from
-
-/// Two walks, the smallest and the largest, each seen by `use`.
-template <class Use>
-void shoot(double picture_s, const Use& use) {
-  DrawerStudy& study = DrawerStudy::shared();
-  const Robot& robot = *study.robot().robot;
-  const std::vector<DrawerGoal> goals = extreme_goals();
-  for (const auto& [name, number] : {std::pair{"fig-3.44-smallest", std::size_t{0}},
-                                     std::pair{"fig-3.44-largest", goals.size() - 1}}) {
-    Scene scene(robot, {.from_s = 1.5,
-                        .camera_rad = -1.25,
-                        .height_m = 1.9,
-                        .aspect = 1.35,
-                        .fixed_W_m = Eigen::Vector2d(0.95, 0.0),
-                        .picture_s = picture_s});
-    const DrawerTrialSpec spec = online_spec(robot, study.actions(kSources[1]), goals[number],
-                                             hw::sim::Plant::springs, number);
-    run_online(spec, [&](const DrawerTick& tick) {
-      const film::FilmDrawer seen{tick.drawer.front_W_m, tick.drawer.handle_W_m,
-                                  tick.drawer.object_W_m};
-      scene.see(tick.trial, &seen);
-    });
-    use(scene, std::string(name));
-  }
-}
-
-}  // namespace
-
-Report extremes(const PlotDir& plot_dir) {
+Report extremes(const PlotDir&) {
   DrawerStudy& study = DrawerStudy::shared();
   const auto outcomes = study.extremes();
   Report report;
@@ -66,21 +34,7 @@ Report extremes(const PlotDir& plot_dir) {
   row("size of action 1 (50.5-56.1 cm), largest error", normal_error);
   row("size of action 2 (16.3-35.9 cm), largest error", reaching_error);
   row("reach (66.3-75.5 cm), largest error of the hand when it grips", reach_error);
-  if (plot_dir) {
-    shoot(kStrip_s, [&](const Scene& scene, const std::string& name) {
-      report.plots.push_back(*plot_dir / (name + ".png"));
-      scene.write_strip(report.plots.back(), 8);
-    });
-  }
   return report;
-}
-
-Paths extremes_film(const std::filesystem::path& dir) {
-  std::vector<std::filesystem::path> out;
-  shoot(0.04, [&](const Scene& scene, const std::string& name) {
-    std::ranges::copy(scene.write(dir, name, 8), std::back_inserter(out));
-  });
-  return out;
 }
 
 // The drawer jumps while the robot comes: from two places to the same one [M18 3.8.4, fig. 3.45].
@@ -88,15 +42,15 @@ namespace {
 
 constexpr double kFinal_m = 1.75, kDepth_m = 0.2;
 struct Row {
-  const char *name, *what;
+  const char* what;
   double by_m, at_s;
 };
-constexpr std::array kRows = {Row{"fig-3.45-away", "jumps away by 0.2 m", 0.2, 3.5},
-                              Row{"fig-3.45-nearer", "jumps nearer by 0.2 m", -0.2, 4.5}};
+constexpr std::array kRows = {Row{"jumps away by 0.2 m", 0.2, 3.5},
+                              Row{"jumps nearer by 0.2 m", -0.2, 4.5}};
 
 DrawerTrialSpec spec_of(DrawerStudy& study, const Row& row) {
   DrawerTrialSpec spec;
-  spec.name = row.name;
+  spec.name = row.what;
   spec.robot = study.robot().robot;
   spec.actions = &study.actions(kSources[1]);
   spec.front_m = kFinal_m - row.by_m;
@@ -106,33 +60,15 @@ DrawerTrialSpec spec_of(DrawerStudy& study, const Row& row) {
   return spec;
 }
 
-Scene scene_of(const DrawerStudy& study, double picture_s) {
-  return {*study.robot().robot,
-          {.from_s = 1.5,
-           .camera_rad = -1.25,
-           .height_m = 1.9,
-           .aspect = 1.35,
-           .fixed_W_m = Eigen::Vector2d(0.95, 0.0),
-           .picture_s = picture_s}};
-}
-
-void see(Scene& scene, const DrawerTick& tick) {
-  const film::FilmDrawer seen{tick.drawer.front_W_m, tick.drawer.handle_W_m,
-                              tick.drawer.object_W_m};
-  scene.see(tick.trial, &seen);
-}
-
 }  // namespace
 
-Report jumps(const PlotDir& plot_dir) {
+Report jumps(const PlotDir&) {
   DrawerStudy& study = DrawerStudy::shared();
   Report report;
   for (const Row& row : kRows) {
-    Scene scene = scene_of(study, 0.2);
     double feet_m = 0.0;
     const DrawerResult result = run_drawer_trial(spec_of(study, row), [&](const DrawerTick& tick) {
       feet_m = 0.5 * (tick.trial.truth.X_WS[0](0, 3) + tick.trial.truth.X_WS[1](0, 3));
-      see(scene, tick);
     });
     const std::string what = std::string(row.what) + ": ";
     const Outcome outcome = outcome_of(result.walk, {});
@@ -146,23 +82,8 @@ Report jumps(const PlotDir& plot_dir) {
     report.rows.push_back(reproduce::at_most(what + "hand at the object, error",
                                              result.taken ? result.reach_error_m : std::nan(""),
                                              0.010, "m", "goal of the task; no figure published"));
-    if (plot_dir) {
-      report.plots.push_back(*plot_dir / (std::string(row.name) + ".png"));
-      scene.write_strip(report.plots.back(), 8);
-    }
   }
   return report;
-}
-
-Paths jumps_film(const std::filesystem::path& dir) {
-  DrawerStudy& study = DrawerStudy::shared();
-  std::vector<std::filesystem::path> out;
-  for (const Row& row : kRows) {
-    Scene scene = scene_of(study, 0.04);
-    run_drawer_trial(spec_of(study, row), [&](const DrawerTick& tick) { see(scene, tick); });
-    std::ranges::copy(scene.write(dir, row.name, 8), std::back_inserter(out));
-  }
-  return out;
 }
 
 // Variability of the ZMP across the way: originals of the pattern generator, mixtures of training
@@ -449,16 +370,15 @@ Report peaks(const PlotDir& plot_dir) {
 }
 
 std::vector<reproduce::Figure> figures() {
-  constexpr std::array runs = {&power_law,    &accuracy,     &filtered_zmp, &extremes,
-                               &jumps,        &zmp_spread,   &falls_table,  &peaks,
-                               &second_robot, &second_engine};
+  constexpr std::array runs = {&power_law,    &accuracy,      &filtered_zmp, &extremes,
+                               &jumps,        &zmp_spread,    &falls_table,  &peaks,
+                               &second_robot, &second_engine, &walk_arms,    &walk_drawer,
+                               &walk_push};
   static_assert(runs.size() == kTitles.size());
   std::vector<reproduce::Figure> out;
   for (std::size_t i = 0; i < kTitles.size(); ++i) {
     const Title& t = kTitles[i];
-    out.push_back({t.name, t.title, t.source, t.rows, runs[i], {}, t.cpu_minutes});
-    if (runs[i] == &extremes) out.back().film = &extremes_film;
-    if (runs[i] == &jumps) out.back().film = &jumps_film;
+    out.push_back({t.name, t.title, t.source, t.rows, runs[i], t.cpu_minutes});
   }
   return out;
 }
