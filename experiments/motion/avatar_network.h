@@ -36,7 +36,7 @@ class AvatarNetwork {
 
   motion::Pattern pattern_;
   Eigen::MatrixXd cos_, sin_;  ///< cosine and sine of the delays, R×K
-  OscillatorNetwork<VanDerPol> network_;
+  OscillatorNetwork network_;
   std::vector<SourceMap> maps_;
 };
 
