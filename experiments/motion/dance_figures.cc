@@ -13,10 +13,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kLength_s = 80.0;
 const std::vector<std::string> kClips = {"bandai_nc/dataset-1_walk_normal_001.bvh",
@@ -119,7 +116,7 @@ Report folk_dance(const PlotDir& dir) {
       at_most("phase error to the music", n.beat_error_rad, 0.15, "rad", in),
       at_most("phase error between partners", n.couple_error_rad, 0.15, "rad", in),
       at_most("partners apart along the corridor", n.apart_m, 0.25, "m", in),
-      reproduce::near("entrances with the wrong foot", n.wrong_foot, reproduce::goal(0), 0, "1"),
+      near("entrances with the wrong foot", n.wrong_foot, goal(0), 0, "1"),
       at_most("largest phase error at an entrance", n.entrance_error_rad, 0.5, "rad",
               "half a cycle, pi, is the wrong foot"),
       at_least("largest phase difference of partners outside", n.spread_rad, 1.0, "rad",
@@ -128,24 +125,18 @@ Report folk_dance(const PlotDir& dir) {
                "they hurry to be back in time"),
       at_least("least distance between two dancers", n.least_distance_m, 0.45, "m",
                "pelvis to pelvis; shoulders are 0.4 m wide"),
-      at_most("standing feet slide", seen.slide_m_s, reproduce::prototype(0.083, "motion.md"),
-              "m/s", "what feet of recordings do"),
+      at_most("standing feet slide", seen.slide_m_s, prototype(0.083, "motion.md"), "m/s",
+              "what feet of recordings do"),
   };
-  if (dir) {
-    report.plots.push_back(*dir / "fig-3.33.png");
-    plot_dance(report.plots.back(), seen);
-  }
+  if (dir) plot_dance(report.picture(*dir / "fig-3.33.png"), seen);
   return report;
 }
 
 }  // namespace
 
 void add_dance_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.33",
-                "a folk dance that organises itself",
-                "M18",
-                {.prototype = 1, .goal = 9},
-                folk_dance});
+  to.emplace_back("fig-3.33", "a folk dance that organises itself", "M18",
+                  Declared{.prototype = 1, .goal = 9}, folk_dance);
 }
 
 }  // namespace mimesis::synthesizer

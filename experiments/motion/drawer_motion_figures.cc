@@ -8,25 +8,17 @@
 namespace mimesis::synthesizer {
 namespace {
 
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::goal;
-using reproduce::near;
-using reproduce::prototype;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 void quality_rows(const DrawerRun& run, const std::string& what, Report& report) {
   const SequenceState& end = run.states.back();
-  report.rows.push_back(near(what + ": distance of the stand", run.final_distance_m,
-                             published(0.6, "M18 3.4.2"), 0.01, "m"));
-  report.rows.push_back(
-      at_most(what + ": hands to handle and object", std::max(end.left_error_m, end.right_error_m),
-              published(0.01, "M18 3.8.3"), "m", "printed for the robot's reaching errors"));
-  report.rows.push_back(at_most(what + ": speed of standing feet", run.foot_speed_m_s,
-                                prototype(0.083, "motion.md"), "m/s",
-                                "recorded feet slide as fast"));
+  report.near(what + ": distance of the stand", run.final_distance_m, published(0.6, "M18 3.4.2"),
+              0.01, "m");
+  report.at_most(what + ": hands to handle and object",
+                 std::max(end.left_error_m, end.right_error_m), published(0.01, "M18 3.8.3"), "m",
+                 "printed for the robot's reaching errors");
+  report.at_most(what + ": speed of standing feet", run.foot_speed_m_s,
+                 prototype(0.083, "motion.md"), "m/s", "recorded feet slide as fast");
 }
 
 // Rows for the errors of the learned mixture, before feet are held and arms reach.
@@ -34,14 +26,13 @@ void mixture_rows(const DrawerRun& run, const std::string& what, Report& report)
   const SequenceState& end = run.states.back();
   const auto stand =
       std::ranges::find_if(run.states, [](const auto& s) { return s.action == kStanding; });
-  report.rows.push_back(at_most(what + ": the mixture alone, left hand as the stand begins",
-                                stand->left_without_m, 0.03, "m",
-                                "then the reach makes up for it"));
-  report.rows.push_back(at_most(what + ": the mixture alone, worse hand at the end",
-                                std::max(end.left_without_m, end.right_without_m), 0.05, "m",
-                                "then the reach makes up for it"));
-  report.rows.push_back(at_most(what + ": correction of the feet, rms", run.foot_correction_m, 0.08,
-                                "m", "then the feet are held"));
+  report.at_most(what + ": the mixture alone, left hand as the stand begins", stand->left_without_m,
+                 0.03, "m", "then the reach makes up for it");
+  report.at_most(what + ": the mixture alone, worse hand at the end",
+                 std::max(end.left_without_m, end.right_without_m), 0.05, "m",
+                 "then the reach makes up for it");
+  report.at_most(what + ": correction of the feet, rms", run.foot_correction_m, 0.08, "m",
+                 "then the feet are held");
 }
 
 // The interval of distances around the published one that n normal cycles and one shortened step
@@ -63,31 +54,32 @@ double drawn_range(int cycles) {
   return cycles * (most[0] - least[0]) + most[1] - least[1];
 }
 
+/// From distances that were not trained [M18 fig. 3.37].
 Report two_distances(const PlotDir&) {
   Report report;
   for (const double d : {2.34, 2.45, 2.85, 2.94}) {
     const DrawerRun run = run_drawer(d);
     const std::string what = std::to_string(d).substr(0, 4) + " m";
-    report.rows.push_back(near(what + ": actions", static_cast<double>(run.history.size()),
-                               published(3, "M18 3.7"), 0, "1"));
+    report.near(what + ": actions", static_cast<double>(run.history.size()),
+                published(3, "M18 3.7"), 0, "1");
     quality_rows(run, what, report);
     mixture_rows(run, what, report);
   }
   for (const auto& [d, cycles] : {std::pair{3.84, 2}, {4.62, 2}, {5.3, 3}}) {
     const DrawerRun run = run_drawer(d);
     const std::string what = std::to_string(d).substr(0, 4) + " m";
-    report.rows.push_back(near(what + ": normal cycles", run.count(kNormalStep),
-                               d == 5.3 ? published(cycles, "M18 3.7") : goal(cycles), 0, "1"));
+    report.near(what + ": normal cycles", run.count(kNormalStep),
+                d == 5.3 ? published(cycles, "M18 3.7") : goal(cycles), 0, "1");
     quality_rows(run, what, report);
   }
-  report.rows.push_back(near("range of distances with three actions, lengths as drawn",
-                             drawn_range(1), published(0.60, "M18 3.7"), 0.15, "m"));
-  report.rows.push_back(near("range with one more, lengths as drawn", drawn_range(2),
-                             published(0.78, "M18 3.7"), 0.15, "m"));
-  report.rows.push_back(at_least("range with three actions, trained lengths", reachable_range(1),
-                                 published(0.60, "M18 3.7"), "m", "the paces widen it"));
-  report.rows.push_back(at_least("range with one more, trained lengths", reachable_range(2),
-                                 published(0.78, "M18 3.7"), "m", "the paces widen it"));
+  report.near("range of distances with three actions, lengths as drawn", drawn_range(1),
+              published(0.60, "M18 3.7"), 0.15, "m");
+  report.near("range with one more, lengths as drawn", drawn_range(2), published(0.78, "M18 3.7"),
+              0.15, "m");
+  report.at_least("range with three actions, trained lengths", reachable_range(1),
+                  published(0.60, "M18 3.7"), "m", "the paces widen it");
+  report.at_least("range with one more, trained lengths", reachable_range(2),
+                  published(0.78, "M18 3.7"), "m", "the paces widen it");
   double worst = 0.0;
   for (int i = 0; i <= 150; ++i) {
     const double d = 0.7 + 0.05 * i;
@@ -98,8 +90,8 @@ Report two_distances(const PlotDir&) {
     }
     worst = std::max(worst, std::abs(end - 0.6));
   }
-  report.rows.push_back(at_most("0.7 to 8.2 m: largest error of the final distance", worst, 0.085,
-                                "m", "what arms and trunk make up for"));
+  report.at_most("0.7 to 8.2 m: largest error of the final distance", worst, 0.085, "m",
+                 "what arms and trunk make up for");
   return report;
 }
 
@@ -114,10 +106,10 @@ Report posture_before_stand(const PlotDir&) {
   auto second = [&](double d) {
     return (d - settings.final_distance_m) * (1.0 - 2.0 * settings.gamma);
   };
-  report.rows.push_back(near("length of action 2 for the farthest start, 2.94 m", second(2.94),
-                             published(0.53, "M18 fig. 3.38"), 0.015, "m"));
-  report.rows.push_back(near("length of action 2 for the nearest start, 2.34 m", second(2.34),
-                             published(0.39, "M18 fig. 3.38"), 0.015, "m"));
+  report.near("length of action 2 for the farthest start, 2.94 m", second(2.94),
+              published(0.53, "M18 fig. 3.38"), 0.015, "m");
+  report.near("length of action 2 for the nearest start, 2.34 m", second(2.34),
+              published(0.39, "M18 fig. 3.38"), 0.015, "m");
   auto distance = [&](double length) {
     return settings.final_distance_m + length / (1.0 - 2.0 * settings.gamma);
   };
@@ -127,8 +119,8 @@ Report posture_before_stand(const PlotDir&) {
   for (int j = 0; j < mocap::kBodyJoints; ++j)
     most = std::max(most, difference.segment<3>(3 * j).norm());
   constexpr double kDegree = 180.0 / 3.14159265358979323846;
-  report.rows.push_back(at_least("largest difference of a joint at the same distance to the drawer",
-                                 most * kDegree, 2.0, "deg", "0 if the step before did not count"));
+  report.at_least("largest difference of a joint at the same distance to the drawer",
+                  most * kDegree, 2.0, "deg", "0 if the step before did not count");
   return report;
 }
 
@@ -138,10 +130,10 @@ const std::vector<DrawerJump> kJump = {{1.6, 0.5}};
 Report jump(const PlotDir&) {
   Report report;
   const DrawerRun calm = run_drawer(kStart), jumped = run_drawer(kStart, kJump);
-  report.rows.push_back(near("actions without the jump", static_cast<double>(calm.history.size()),
-                             published(3, "M18 3.7"), 0, "1"));
-  report.rows.push_back(near("short steps (type 2) with it", jumped.count(kReachingStep),
-                             published(2, "M18 fig. 3.39"), 0, "1"));
+  report.near("actions without the jump", static_cast<double>(calm.history.size()),
+              published(3, "M18 3.7"), 0, "1");
+  report.near("short steps (type 2) with it", jumped.count(kReachingStep),
+              published(2, "M18 fig. 3.39"), 0, "1");
   quality_rows(jumped, "jump by 0.5 m in action 2", report);
   int followed = 0, all = 0;
   double worst = 0.0;
@@ -152,31 +144,22 @@ Report jump(const PlotDir&) {
       followed += run.states.back().refused.empty() && run.states.back().done ? 1 : 0;
       worst = std::max(worst, std::abs(run.final_distance_m - 0.6));
     }
-  report.rows.push_back(near("jumps by 0.2, 0.5, 1 m at any time: share followed",
-                             static_cast<double>(followed) / all, goal(1.0), 0.0, "1"));
-  report.rows.push_back(at_most("their largest error of the final distance", worst, 0.085, "m",
-                                "what arms and trunk make up for"));
+  report.near("jumps by 0.2, 0.5, 1 m at any time: share followed",
+              static_cast<double>(followed) / all, goal(1.0), 0.0, "1");
+  report.at_most("their largest error of the final distance", worst, 0.085, "m",
+                 "what arms and trunk make up for");
   return report;
 }
 
 }  // namespace
 
 void add_drawer_motion_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.37",
-                "walking to a drawer from distances that were not trained",
-                "M18",
-                {.published = 23, .prototype = 7, .goal = 15},
-                two_distances});
-  to.push_back({"fig-3.38",
-                "posture before the stand depends on the step before",
-                "M18",
-                {.published = 2, .goal = 1},
-                posture_before_stand});
-  to.push_back({"fig-3.39",
-                "the drawer jumps away during the approach",
-                "M18",
-                {.published = 4, .prototype = 1, .goal = 2},
-                jump});
+  to.emplace_back("fig-3.37", "walking to a drawer from distances that were not trained", "M18",
+                  Declared{.published = 23, .prototype = 7, .goal = 15}, two_distances);
+  to.emplace_back("fig-3.38", "posture before the stand depends on the step before", "M18",
+                  Declared{.published = 2, .goal = 1}, posture_before_stand);
+  to.emplace_back("fig-3.39", "the drawer jumps away during the approach", "M18",
+                  Declared{.published = 4, .prototype = 1, .goal = 2}, jump);
 }
 
 }  // namespace mimesis::synthesizer

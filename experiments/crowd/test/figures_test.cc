@@ -1,52 +1,34 @@
 // All rows of all figures, and the helpers that measure.
 #include "experiments/crowd/figures.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <set>
 
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/hopf_trials.h"
-#include "experiments/crowd/statistics.h"
+#include "experiments/harness/statistics.h"
+#include "experiments/harness/test/figure_rows.h"
 
 namespace mimesis::crowd {
 namespace {
 
-std::vector<std::string> names() {
-  std::vector<std::string> out;
-  for (const reproduce::Figure& figure : figures()) {
-    if (figure.name != "crowd-scaling") out.push_back(figure.name);  // times, not numbers
-  }
-  return out;
+std::vector<reproduce::Figure> repeatable() {
+  auto all = figures();
+  std::erase_if(all,
+                [](const auto& f) { return f.name == "crowd-scaling"; });  // times, not numbers
+  return all;
 }
 
-class FigureRows : public testing::TestWithParam<std::string> {};
+class FigureRows : public testing::TestWithParam<reproduce::Figure> {};
 
-TEST_P(FigureRows, Hold) {
-  const auto all = figures();
-  const reproduce::Report report =
-      std::ranges::find(all, GetParam(), &reproduce::Figure::name)->run(std::nullopt);
-  EXPECT_FALSE(report.rows.empty());
-  EXPECT_TRUE(report.plots.empty());
-  for (const reproduce::Row& row : report.rows) {
-    EXPECT_TRUE(row.passed) << row.what << ": " << row.ours << " of " << row.reference.value << ' '
-                            << row.unit;
-  }
-}
+TEST_P(FigureRows, Hold) { reproduce::expect_rows_hold(GetParam()); }
 
-std::string test_name(const testing::TestParamInfo<std::string>& info) {
-  std::string name = info.param;
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-  }
-  return name;
-}
-INSTANTIATE_TEST_SUITE_P(All, FigureRows, testing::ValuesIn(names()), test_name);
+INSTANTIATE_TEST_SUITE_P(All, FigureRows, testing::ValuesIn(repeatable()), reproduce::test_name);
 
 TEST(Figures, AreThoseThatWereAskedFor) {
-  const auto all = names();
-  const std::set<std::string> have(all.begin(), all.end());
+  const auto all = repeatable();
+  std::set<std::string> have;
+  for (const auto& f : all) have.insert(f.name);
   EXPECT_EQ(have.size(), all.size());
   for (const char* name :
        {"table-4.1", "fig-4.3", "fig-4.5", "fig-4.6", "fig-4.7", "fig-4.11", "fig-4.12", "fig-4.13",
@@ -64,7 +46,7 @@ TEST(Figures, SameNumbersEveryTime) {
 TEST(HopfTrials, RateOfAPairIsTwiceTheCoupling) {
   const HopfOutcome o = run({.topology = Topology::chain, .n = 2, .k_1_s = 0.8, .trials = 20});
   EXPECT_EQ(o.synchronised, 20);
-  EXPECT_NEAR(median(o.rate_1_s), 1.6, 0.008);
+  EXPECT_NEAR(reproduce::median(o.rate_1_s), 1.6, 0.008);
 }
 
 TEST(HopfTrials, WeakCouplingOnARingLeavesTwistedStates) {  // below the bound nothing is promised
@@ -91,9 +73,9 @@ TEST(TiedCrowd, PhasesAndPlacesStayTied) {
 }
 
 TEST(Statistics, MedianOfEvenAndOdd) {
-  EXPECT_EQ(median({3.0, 1.0, 2.0}), 2.0);
-  EXPECT_EQ(median({4.0, 1.0, 2.0, 3.0}), 2.5);
-  EXPECT_TRUE(std::isnan(median({})));
+  EXPECT_EQ(reproduce::median({3.0, 1.0, 2.0}), 2.0);
+  EXPECT_EQ(reproduce::median({4.0, 1.0, 2.0, 3.0}), 2.5);
+  EXPECT_TRUE(std::isnan(reproduce::median({})));
 }
 
 }  // namespace

@@ -7,9 +7,7 @@
 namespace mimesis::walk {
 namespace {
 
-using reproduce::at_most;
-using reproduce::near;
-using reproduce::Report;
+using namespace reproduce;
 
 /// A trial of `mimesis walk-trials`.
 TrialSpec from_suite(const std::string& suite, const std::string& name, const Robot& robot) {
@@ -20,9 +18,9 @@ TrialSpec from_suite(const std::string& suite, const std::string& name, const Ro
 }
 
 void add_balance(const TrialResult& result, Report& report) {
-  report.rows.push_back(near("falls", result.figures.fell, reproduce::goal(0), 0, "1"));
-  report.rows.push_back(at_most("divergent component off the plan, largest", result.dcm_max_m, 0.1,
-                                "m", "half of a sole's length; nothing is published"));
+  report.near("falls", result.figures.fell, goal(0), 0, "1");
+  report.at_most("divergent component off the plan, largest", result.dcm_max_m, 0.1, "m",
+                 "half of a sole's length; nothing is published");
 }
 
 }  // namespace
@@ -32,8 +30,8 @@ Report walk_arms(const PlotDir&) {
   Report report;
   const TrialResult result = run_trial(from_suite("speeds", "arms 1.5 rad, 0.3", robot));
   add_balance(result, report);
-  report.rows.push_back(near("walked in 11 s at 0.3 m/s", result.walked_m,
-                             reproduce::closed_form(3.3, "speed times time"), 0.4, "m"));
+  report.near("walked in 11 s at 0.3 m/s", result.walked_m, closed_form(3.3, "speed times time"),
+              0.4, "m");
   return report;
 }
 
@@ -55,11 +53,9 @@ Report walk_drawer(const PlotDir&) {
   const DrawerResult result = run_drawer_trial(spec);
   Report report;
   add_balance(result.walk, report);
-  report.rows.push_back(reproduce::holds("the object is taken", result.taken, reproduce::goal()));
-  report.rows.push_back(
-      at_most("hand at the handle, error", result.handle_error_m, 0.01, "m", "goal of the task"));
-  report.rows.push_back(
-      at_most("hand at the object, error", result.reach_error_m, 0.01, "m", "goal of the task"));
+  report.holds("the object is taken", result.taken, goal());
+  report.at_most("hand at the handle, error", result.handle_error_m, 0.01, "m", "goal of the task");
+  report.at_most("hand at the object, error", result.reach_error_m, 0.01, "m", "goal of the task");
   return report;
 }
 
