@@ -6,7 +6,7 @@
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
-#include "experiments/crowd/statistics.h"
+#include "experiments/harness/statistics.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -14,9 +14,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 using math::kTwoPi;
 
 constexpr int kAgents = 12;
@@ -95,11 +93,9 @@ Report consensus(const PlotDir& dir) {
   const double rate = direct.rule.gain * kOmega_rad_s;
   const auto rows = [&](const std::string& name, const Walkers& group, bool rated) {
     const Agreement seen = agree(group);
-    report.rows.push_back(near(name + ": share of 500 starts that agree", seen.share,
-                               reproduce::goal(1.0), 0.0, "1"));
+    report.near(name + ": share of 500 starts that agree", seen.share, goal(1.0), 0.0, "1");
     if (rated) {
-      report.rows.push_back(near(name + ": rate", seen.rate_1_s,
-                                 reproduce::closed_form(rate, "m_ψ ω"), 0.01 * rate, "1/s"));
+      report.near(name + ": rate", seen.rate_1_s, closed_form(rate, "m_ψ ω"), 0.01 * rate, "1/s");
     }
   };
   rows("mean heading", direct, true);
@@ -140,11 +136,8 @@ Report consensus(const PlotDir& dir) {
 }  // namespace
 
 void add_consensus_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"consensus",
-                "headings agree by quorum sensing",
-                "M18",
-                {.closed_form = 2, .goal = 3},
-                consensus});
+  to.emplace_back("consensus", "headings agree by quorum sensing", "M18",
+                  Declared{.closed_form = 2, .goal = 3}, consensus);
 }
 
 }  // namespace mimesis::crowd

@@ -16,10 +16,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::closed_form;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 using Cycle = std::function<WarpedCycle(double phi)>;
 using math::kTwoPi;
 
@@ -126,65 +123,52 @@ void rows_of(const Cycle& cycle, Report& report) {
   for (const double from : kFrom) {
     worst = std::max(worst, off_closed_form(cycle, orbit(cycle, from, 4)));
   }
-  report.rows.push_back(near("ρ - F - (ρ₀ - F₀) exp(-∫α dφ), largest of 4 turns", worst,
-                             closed_form(0.0, "eq. 4.48"), 1e-8, "1"));
+  report.near("ρ - F - (ρ₀ - F₀) exp(-∫α dφ), largest of 4 turns", worst,
+              closed_form(0.0, "eq. 4.48"), 1e-8, "1");
   const auto rows = orbit(cycle, 1.4, 1);
   const auto off = [&](int n) {
     return rows[std::size_t(n)][1] - cycle(rows[std::size_t(n)][0]).rho;
   };
   const double above = cycle(0.5 * kPi).gain_1_s * kPi, below = cycle(1.5 * kPi).gain_1_s * kPi;
-  report.rows.push_back(near("decay over the upper half: ∫α dφ",
-                             std::log(off(0) / off(kPerTurn / 2)), closed_form(above, "eq. 4.48"),
-                             1e-6, "1"));
-  report.rows.push_back(near("decay over the lower half: ∫α dφ",
-                             std::log(off(kPerTurn / 2) / off(kPerTurn)),
-                             closed_form(below, "eq. 4.48"), 1e-6, "1"));
-  report.rows.push_back(near("radius of the attractor at φ = π/2",
-                             1.0 / std::sqrt(orbit(cycle, cycle(0.0).rho, 1)[kPerTurn / 4][1]),
-                             closed_form(1.0 / std::sqrt(cycle(0.5 * kPi).rho), "F^(-1/2)"), 1e-8,
-                             "1"));
-  report.rows.push_back(near("radius of the attractor at φ = 3π/2",
-                             1.0 / std::sqrt(orbit(cycle, cycle(0.0).rho, 1)[3 * kPerTurn / 4][1]),
-                             closed_form(2.0, "F^(-1/2)"), 1e-8, "1"));
+  report.near("decay over the upper half: ∫α dφ", std::log(off(0) / off(kPerTurn / 2)),
+              closed_form(above, "eq. 4.48"), 1e-6, "1");
+  report.near("decay over the lower half: ∫α dφ", std::log(off(kPerTurn / 2) / off(kPerTurn)),
+              closed_form(below, "eq. 4.48"), 1e-6, "1");
+  report.near("radius of the attractor at φ = π/2",
+              1.0 / std::sqrt(orbit(cycle, cycle(0.0).rho, 1)[kPerTurn / 4][1]),
+              closed_form(1.0 / std::sqrt(cycle(0.5 * kPi).rho), "F^(-1/2)"), 1e-8, "1");
+  report.near("radius of the attractor at φ = 3π/2",
+              1.0 / std::sqrt(orbit(cycle, cycle(0.0).rho, 1)[3 * kPerTurn / 4][1]),
+              closed_form(2.0, "F^(-1/2)"), 1e-8, "1");
 }
 
 Report warped_shape(const PlotDir& dir) {
   Report report;
   rows_of(half_ellipse, report);
-  report.rows.push_back(near("the ellipse's vertical half-axis",
-                             1.0 / std::sqrt(half_ellipse(0.5 * kPi).rho),
-                             closed_form(1.0, "ellipse"), 1e-12, "1"));
-  if (dir) {
-    report.plots.push_back(*dir / "fig-4.12.png");
-    plot(report.plots.back(), "Limit cycle warped to half an ellipse and half a circle, α = 0.15",
-         half_ellipse, 3);
-  }
+  report.near("the ellipse's vertical half-axis", 1.0 / std::sqrt(half_ellipse(0.5 * kPi).rho),
+              closed_form(1.0, "ellipse"), 1e-12, "1");
+  if (dir)
+    plot(report.picture(*dir / "fig-4.12.png"),
+         "Limit cycle warped to half an ellipse and half a circle, α = 0.15", half_ellipse, 3);
   return report;
 }
 
 Report warped_attraction(const PlotDir& dir) {
   Report report;
   rows_of(two_rates, report);
-  if (dir) {
-    report.plots.push_back(*dir / "fig-4.13.png");
-    plot(report.plots.back(), "Circle with α = 0.04 above and 0.8 below", two_rates, 2);
-  }
+  if (dir)
+    plot(report.picture(*dir / "fig-4.13.png"), "Circle with α = 0.04 above and 0.8 below",
+         two_rates, 2);
   return report;
 }
 
 }  // namespace
 
 void add_cycle_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-4.12",
-                "a limit cycle warped to another shape",
-                "M18",
-                {.closed_form = 6},
-                warped_shape});
-  to.push_back({"fig-4.13",
-                "a limit cycle with two rates of attraction",
-                "M18",
-                {.closed_form = 5},
-                warped_attraction});
+  to.emplace_back("fig-4.12", "a limit cycle warped to another shape", "M18",
+                  Declared{.closed_form = 6}, warped_shape);
+  to.emplace_back("fig-4.13", "a limit cycle with two rates of attraction", "M18",
+                  Declared{.closed_form = 5}, warped_attraction);
 }
 
 }  // namespace mimesis::crowd

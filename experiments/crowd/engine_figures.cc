@@ -10,9 +10,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 /// Steps until all have arrived, at most `until_s`; ways of every tenth agent for the plot.
 struct Passage {
@@ -42,12 +40,11 @@ Passage pass(Crowd crowd, double until_s, int drawn) {
 }
 
 void report_passage(const Passage& p, int all, double free_s, Report& report) {
-  report.rows.push_back(near("agents that arrive", p.arrived, reproduce::goal(all), 0.0, "1"));
-  report.rows.push_back(near("overlaps, over all steps", p.overlaps, reproduce::goal(0), 0.0, "1"));
-  report.rows.push_back(reproduce::at_least("least gap between discs", p.least_gap_m, 0.0, "m",
-                                            "discs do not overlap"));
-  report.rows.push_back(reproduce::at_most("time until the last arrives", p.time_s, 2.0 * free_s,
-                                           "s", "twice the time of who is alone"));
+  report.near("agents that arrive", p.arrived, goal(all), 0.0, "1");
+  report.near("overlaps, over all steps", p.overlaps, goal(0), 0.0, "1");
+  report.at_least("least gap between discs", p.least_gap_m, 0.0, "m", "discs do not overlap");
+  report.at_most("time until the last arrives", p.time_s, 2.0 * free_s, "s",
+                 "twice the time of who is alone");
 }
 
 void plot_ways(const std::filesystem::path& png, const std::string& title, const Passage& p) {
@@ -67,10 +64,9 @@ Report circle(const PlotDir& dir) {
   const Passage p = pass(ring_crowd(250), 180.0, 50);
   Report report;
   report_passage(p, 250, 80.0 / (0.22 * 6.0), report);
-  if (dir) {
-    report.plots.push_back(*dir / "circle-250.png");
-    plot_ways(report.plots.back(), "250 agents change places across a circle; ways of 50", p);
-  }
+  if (dir)
+    plot_ways(report.picture(*dir / "circle-250.png"),
+              "250 agents change places across a circle; ways of 50", p);
   return report;
 }
 
@@ -84,9 +80,9 @@ Report head_on(const PlotDir&) {
 }  // namespace
 
 void add_engine_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"circle-250", "250 agents change places across a circle", "M18", {.goal = 4}, circle});
-  to.push_back({"head-on", "1000 pairs meet head on", "M18", {.goal = 4}, head_on});
+  to.emplace_back("circle-250", "250 agents change places across a circle", "M18",
+                  Declared{.goal = 4}, circle);
+  to.emplace_back("head-on", "1000 pairs meet head on", "M18", Declared{.goal = 4}, head_on);
 }
 
 }  // namespace mimesis::crowd

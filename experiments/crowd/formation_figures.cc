@@ -12,10 +12,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::at_most;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kRadius_m = 0.25;
 
@@ -84,17 +81,16 @@ FormationRun forty_nine(double length_1_m) {
 }
 
 void rows_of(const std::string& name, const FormationOutcome& o, Report& report) {
-  const auto add = [&](const reproduce::Row& row) { report.rows.push_back(row); };
-  add(at_most(name + "in formation within 1 cm at", o.formed_s, 60.0, "s", "and still at the end"));
+  report.at_most(name + "in formation within 1 cm at", o.formed_s, 60.0, "s",
+                 "and still at the end");
   const double last_s = std::log(kNear_m / kFormed_m) / o.expected_length_1_s;
-  add(near(name + "from 10 to 1 cm", o.formed_s - o.near_s,
-           reproduce::closed_form(last_s, "ln 10 / m_z ω⟨g⟩N"), 0.1 * last_s, "s",
-           "phases are not quite in step yet"));
-  add(near(name + "rate of the formation error", o.length_rate_1_s,
-           reproduce::closed_form(o.expected_length_1_s, "m_z ω⟨g⟩N"), 0.01 * o.expected_length_1_s,
-           "1/s"));
-  add(near(name + "rate of the dispersion of phases", o.phase_rate_1_s,
-           reproduce::closed_form(o.expected_phase_1_s, "kN"), 0.01 * o.expected_phase_1_s, "1/s"));
+  report.near(name + "from 10 to 1 cm", o.formed_s - o.near_s,
+              closed_form(last_s, "ln 10 / m_z ω⟨g⟩N"), 0.1 * last_s, "s",
+              "phases are not quite in step yet");
+  report.near(name + "rate of the formation error", o.length_rate_1_s,
+              closed_form(o.expected_length_1_s, "m_z ω⟨g⟩N"), 0.01 * o.expected_length_1_s, "1/s");
+  report.near(name + "rate of the dispersion of phases", o.phase_rate_1_s,
+              closed_form(o.expected_phase_1_s, "kN"), 0.01 * o.expected_phase_1_s, "1/s");
 }
 
 Data agents(const std::string& name, const Snapshot& s) {
@@ -173,15 +169,13 @@ Report of_sixteen(const PlotDir& dir) {
   const FormationOutcome o = run(r);
   Report report;
   rows_of("", o, report);
-  report.rows.push_back(near("agents in another's disc while they avoid, sum over steps",
-                             o.overlapping, reproduce::goal(0), 0, "1"));
-  report.rows.push_back(reproduce::at_least("least distance of centres while they avoid",
-                                            o.least_distance_m, 2.0 * kRadius_m - 1e-6, "m",
-                                            "two radii"));
-  if (dir) {
-    report.plots.push_back(*dir / "formation-16.png");
-    plot(report.plots.back(), "16 agents: around each other, then into formation", r, o);
-  }
+  report.near("agents in another's disc while they avoid, sum over steps", o.overlapping, goal(0),
+              0, "1");
+  report.at_least("least distance of centres while they avoid", o.least_distance_m,
+                  2.0 * kRadius_m - 1e-6, "m", "two radii");
+  if (dir)
+    plot(report.picture(*dir / "formation-16.png"),
+         "16 agents: around each other, then into formation", r, o);
   return report;
 }
 
@@ -190,10 +184,9 @@ Report of_thirty_six(const PlotDir& dir) {
   const FormationOutcome o = run(r);
   Report report;
   rows_of("", o, report);
-  if (dir) {
-    report.plots.push_back(*dir / "formation-36.png");
-    plot(report.plots.back(), "36 agents order themselves and fall into step", r, o);
-  }
+  if (dir)
+    plot(report.picture(*dir / "formation-36.png"), "36 agents order themselves and fall into step",
+         r, o);
   return report;
 }
 
@@ -231,21 +224,12 @@ Report of_forty_nine(const PlotDir& dir) {
 }  // namespace
 
 void add_formation_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"formation-16",
-                "16 agents order themselves out of a crowd",
-                "M18",
-                {.closed_form = 3, .goal = 3},
-                of_sixteen});
-  to.push_back({"formation-36",
-                "36 agents order themselves in step",
-                "M10",
-                {.closed_form = 3, .goal = 1},
-                of_thirty_six});
-  to.push_back({"formation-49",
-                "49 agents, two strengths of step-length control",
-                "M18",
-                {.closed_form = 6, .goal = 2},
-                of_forty_nine});
+  to.emplace_back("formation-16", "16 agents order themselves out of a crowd", "M18",
+                  Declared{.closed_form = 3, .goal = 3}, of_sixteen);
+  to.emplace_back("formation-36", "36 agents order themselves in step", "M10",
+                  Declared{.closed_form = 3, .goal = 1}, of_thirty_six);
+  to.emplace_back("formation-49", "49 agents, two strengths of step-length control", "M18",
+                  Declared{.closed_form = 6, .goal = 2}, of_forty_nine);
 }
 
 }  // namespace mimesis::crowd

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "common/math/circle.h"
-#include "experiments/crowd/statistics.h"
+#include "experiments/harness/statistics.h"
 #include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/engine/crowd.h"
@@ -62,7 +62,7 @@ class Watch {
     Snapshot s;
     s.time_s = crowd_.time_s();
     s.z_m.assign(crowd_.x_m().begin(), crowd_.x_m().end());
-    const double middle = mean(s.z_m);
+    const double middle = reproduce::mean(s.z_m);
     for (double& z : s.z_m) z -= middle;
     s.lane_m.assign(crowd_.y_m().begin(), crowd_.y_m().end());
     s.heading_rad.assign(crowd_.heading_rad().begin(), crowd_.heading_rad().end());

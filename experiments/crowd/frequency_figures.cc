@@ -11,7 +11,7 @@
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/hopf_trials.h"
-#include "experiments/crowd/statistics.h"
+#include "experiments/harness/statistics.h"
 #include "nodes/crowd/certificate/contraction.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 
@@ -19,9 +19,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kAmplitude = 0.3;  // g_min = 0.7 ⟨g⟩
 constexpr double kFrequencyStep_s = 0.005, kMostError_rad = 3e-2;
@@ -133,14 +131,13 @@ Report rows_of_agents(const PlotDir& dir) {
     std::ostringstream name;
     name << to_string(c.topology) << " of " << c.n << ", m_d⟨g⟩ = " << c.gain << "/s: ";
     const double expected = c.gain * lambda;
-    report.rows.push_back(near(name.str() + "rate", rate,
-                               reproduce::closed_form(expected, "m_d⟨g⟩λ⁺"), 0.01 * expected,
-                               "1/s"));
+    report.near(name.str() + "rate", rate, closed_form(expected, "m_d⟨g⟩λ⁺"), 0.01 * expected,
+                "1/s");
   }
   const auto [stays, expected] = residual(three_rows(0.5), 0.5);
-  report.rows.push_back(near("three rows of phases of their own: error that stays", stays,
-                             reproduce::closed_form(expected, "first order in the swing of g"),
-                             0.1 * expected, "m", "a swing of ± 30 %"));
+  report.near("three rows of phases of their own: error that stays", stays,
+              closed_form(expected, "first order in the swing of g"), 0.1 * expected, "m",
+              "a swing of ± 30 %");
   if (dir) {
     report.plots.push_back(*dir / "fig-4.11.png");
     plot::plot_png(
@@ -167,9 +164,8 @@ Report divergence(const PlotDir& dir) {
     const double expected = -gain * lambda, seconds = 14.0 / expected;
     const std::string name(to_string(topology));
     const double rate = measured(topology, 5, gain / kMean_m_rad, 26.0 / expected, 1e-10);
-    report.rows.push_back(near(name + " of 5, m_d⟨g⟩ = -0.5/s: growth", -rate,
-                               reproduce::closed_form(expected, "|m_d|⟨g⟩λ_max"), 0.01 * expected,
-                               "1/s"));
+    report.near(name + " of 5, m_d⟨g⟩ = -0.5/s: growth", -rate,
+                closed_form(expected, "|m_d|⟨g⟩λ_max"), 0.01 * expected, "1/s");
     std::mt19937_64 draw(9);
     Crowd crowd = queue(topology, 5, gain / kMean_m_rad, 1e-4, draw);
     Data d{"d" + std::to_string(data.size()), {}};
@@ -184,34 +180,26 @@ Report divergence(const PlotDir& dir) {
     data.push_back(std::move(d));
   }
   // with the other sign the agents of this start come together
-  report.rows.push_back(near("all_to_all of 5, m_d⟨g⟩ = +0.5/s: rate",
-                             measured(Topology::all_to_all, 5, 0.5 / kMean_m_rad, 8.0, 1.0),
-                             reproduce::closed_form(2.5, "m_d⟨g⟩λ⁺"), 0.025, "1/s"));
-  if (dir) {
-    report.plots.push_back(*dir / "divergence.png");
-    plot::plot_png(report.plots.back(), 760, 480, data,
+  report.near("all_to_all of 5, m_d⟨g⟩ = +0.5/s: rate",
+              measured(Topology::all_to_all, 5, 0.5 / kMean_m_rad, 8.0, 1.0),
+              closed_form(2.5, "m_d⟨g⟩λ⁺"), 0.025, "1/s");
+  if (dir)
+    plot::plot_png(report.picture(*dir / "divergence.png"), 760, 480, data,
                    "set title 'm_d < 0: the formation falls apart (five agents)'\nset grid\n"
                    "set logscale y\nset format y '%.0e'\nset xlabel 'time [s]'\n"
                    "set ylabel 'formation error [m]'\nset yrange [1e-5:100]\n"
                    "set key bottom right\n" +
                        curves);
-  }
   return report;
 }
 
 }  // namespace
 
 void add_frequency_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-4.11",
-                "row distances kept by step frequency, and lost where m_d < 0",
-                "M18",
-                {.closed_form = 5},
-                rows_of_agents});
-  to.push_back({"divergence",
-                "growth of the formation error for m_d < 0",
-                "M18",
-                {.closed_form = 4},
-                divergence});
+  to.emplace_back("fig-4.11", "row distances kept by step frequency, and lost where m_d < 0", "M18",
+                  Declared{.closed_form = 5}, rows_of_agents);
+  to.emplace_back("divergence", "growth of the formation error for m_d < 0", "M18",
+                  Declared{.closed_form = 4}, divergence);
 }
 
 }  // namespace mimesis::crowd

@@ -9,7 +9,7 @@
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
-#include "experiments/crowd/statistics.h"
+#include "experiments/harness/statistics.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -17,9 +17,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr int kFollowers = 4;  // five characters with the leader, as in the movies
 constexpr double kLedStep_s = 0.01;
@@ -142,33 +140,25 @@ Report leader(const PlotDir& dir) {
     std::ostringstream name;
     name << "k = " << k << ", α = " << alpha << ": ";
     const double group = k * kFollowers + alpha;
-    report.rows.push_back(near(name.str() + "rate in the group", r.mutual,
-                               reproduce::closed_form(group, "kN + α"), 0.02 * group, "1/s"));
-    report.rows.push_back(near(name.str() + "rate to the leader", r.tracking,
-                               reproduce::closed_form(alpha, "α, not kN + α"), 0.02 * alpha,
-                               "1/s"));
+    report.near(name.str() + "rate in the group", r.mutual, closed_form(group, "kN + α"),
+                0.02 * group, "1/s");
+    report.near(name.str() + "rate to the leader", r.tracking, closed_form(alpha, "α, not kN + α"),
+                0.02 * alpha, "1/s");
   }
-  report.rows.push_back(reproduce::at_least(
+  report.at_least(
       "k = 0.01, α = 0: R after 20 cycles", dispersion_after(0.01, 0.0, 20), 0.2, "1",
-      "movie 6: no coordinated behaviour; R of random phases is 0.7, and exp(-kNt) 0.43"));
-  report.rows.push_back(reproduce::at_most("k = 0.01, α = 1: R after 20 cycles",
-                                           dispersion_after(0.01, 1.0, 20), 1e-6, "1",
-                                           "movie 7: a leader makes it fast"));
-  if (dir) {
-    report.plots.push_back(*dir / "fig-4.7.png");
-    plot_leader(report.plots.back());
-  }
+      "movie 6: no coordinated behaviour; R of random phases is 0.7, and exp(-kNt) 0.43");
+  report.at_most("k = 0.01, α = 1: R after 20 cycles", dispersion_after(0.01, 1.0, 20), 1e-6, "1",
+                 "movie 7: a leader makes it fast");
+  if (dir) plot_leader(report.picture(*dir / "fig-4.7.png"));
   return report;
 }
 
 }  // namespace
 
 void add_leader_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-4.7",
-                "a leader and its group: kN + α among them, α to the leader",
-                "M18",
-                {.closed_form = 8, .goal = 2},
-                leader});
+  to.emplace_back("fig-4.7", "a leader and its group: kN + α among them, α to the leader", "M18",
+                  Declared{.closed_form = 8, .goal = 2}, leader);
 }
 
 }  // namespace mimesis::crowd

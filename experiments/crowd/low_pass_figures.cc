@@ -20,9 +20,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kFilterStep_s = 0.001;
 constexpr double kFactors[] = {0.05, 0.1, 0.25, 1.0, 2.0};
@@ -106,17 +104,16 @@ Report low_pass(const PlotDir& dir) {
       // At the bound few swings are above rounding; along rings several modes grow alike.
       const bool rough = factor == 1.0 || (c.topology == Topology::ring && rate < 0.0);
       const double seen = rough ? 0.15 : 0.02;
-      report.rows.push_back(
-          near(what.str(), measured(c, alpha, rate < 0.0),
-               reproduce::closed_form(rate, "Floquet rate of the equation"),
-               seen * std::abs(rate) + kOmega_rad_s * kOmega_rad_s * kFilterStep_s / 3.0, "1/s",
-               "the engine's filter is half a step behind"));
+      report.near(what.str(), measured(c, alpha, rate < 0.0),
+                  closed_form(rate, "Floquet rate of the equation"),
+                  seen * std::abs(rate) + kOmega_rad_s * kOmega_rad_s * kFilterStep_s / 3.0, "1/s",
+                  "the engine's filter is half a step behind");
       if (factor < 1.0) continue;
       Crowd crowd = filtered(c, alpha, math::kTwoPi);
       double error = 1.0;
       while (crowd.time_s() < 80.0 && error > 1e-2) error = most_of_cycle(crowd);
-      report.rows.push_back(reproduce::at_most(what.str() + ", from anywhere: phase error in 80 s",
-                                               error, 1e-2, "rad", "contracts above the bound"));
+      report.at_most(what.str() + ", from anywhere: phase error in 80 s", error, 1e-2, "rad",
+                     "contracts above the bound");
     }
   }
   if (dir) {
@@ -136,8 +133,7 @@ Report low_pass(const PlotDir& dir) {
                 std::to_string(data.size() + 1) + " title '" + title.str() + "'";
       data.push_back(std::move(d));
     }
-    report.plots.push_back(*dir / "low-pass.png");
-    plot::plot_png(report.plots.back(), 900, 500, data,
+    plot::plot_png(report.picture(*dir / "low-pass.png"), 900, 500, data,
                    "set title 'Rule I behind a low-pass, all-to-all of 5, g ± 80 %; bound √(m "
                    "g_max λ_max)'\nset grid\nset logscale y\nset format y '%.0e'\n"
                    "set yrange [1e-5:3]\nset xlabel 'time [s]'\n"
@@ -150,11 +146,8 @@ Report low_pass(const PlotDir& dir) {
 }  // namespace
 
 void add_low_pass_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"low-pass",
-                "spacing control behind a low-pass, above and below its bound",
-                "M10",
-                {.closed_form = 20, .goal = 8},
-                low_pass});
+  to.emplace_back("low-pass", "spacing control behind a low-pass, above and below its bound", "M10",
+                  Declared{.closed_form = 20, .goal = 8}, low_pass);
 }
 
 }  // namespace mimesis::crowd

@@ -20,9 +20,7 @@ namespace {
 
 using Eigen::Vector2d;
 using plot::Data;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 // ellipse of area π: an equi-affine map of the circle
 constexpr double kLong_m = 1.25, kShort_m = 0.8;
@@ -150,42 +148,35 @@ Report power_laws(const PlotDir& dir) {
     const auto f = field(kBetas[i]);
     const auto velocity = [&](const Vector2d& p) { return f.velocity(p); };
     const std::string name = std::string("β = ") + kNames[i];
-    report.rows.push_back(near(name + ": exponent of one lap on the ellipse",
-                               exponent(trace(velocity, f.on_path(0.0), f.lap_s())),
-                               reproduce::closed_form(kBetas[i], "law of the field"), 1e-3, "1"));
+    report.near(name + ": exponent of one lap on the ellipse",
+                exponent(trace(velocity, f.on_path(0.0), f.lap_s())),
+                closed_form(kBetas[i], "law of the field"), 1e-3, "1");
     double worst = kBetas[i];
     for (const double s : {0.85, 1.15}) {  // where all are curved to the left
       const double beta = exponent(trace(velocity, s * f.on_path(0.4), 2.0));
       if (std::abs(beta - kBetas[i]) > std::abs(worst - kBetas[i])) worst = beta;
     }
-    report.rows.push_back(near(name + ": exponent of transients, worst of two", worst,
-                               reproduce::closed_form(kBetas[i], "law of the field"), 2e-3, "1"));
+    report.near(name + ": exponent of transients, worst of two", worst,
+                closed_form(kBetas[i], "law of the field"), 2e-3, "1");
     const Trace far = trace(velocity, kScale.back() * f.on_path(0.4), 4.0 * f.lap_s());
-    report.rows.push_back(near(name + ": distance from the ellipse after 4 laps",
-                               off_ellipse(far.p.back()), reproduce::goal(0.0), 1e-6, "1"));
+    report.near(name + ": distance from the ellipse after 4 laps", off_ellipse(far.p.back()),
+                goal(0.0), 1e-6, "1");
     // radial contraction [eq. 4.53]
     bool closer = true;
     for (std::size_t n = 1; n < far.p.size(); ++n) {
       closer = closer && off_ellipse(far.p[n]) <= off_ellipse(far.p[n - 1]) + 1e-12;
     }
-    report.rows.push_back(reproduce::holds(name + ": comes closer at every step", closer,
-                                           reproduce::closed_form("eq. 4.53")));
+    report.holds(name + ": comes closer at every step", closer, closed_form("eq. 4.53"));
   }
-  if (dir) {
-    report.plots.push_back(*dir / "fig-4.14.png");
-    plot_paths(report.plots.back());
-  }
+  if (dir) plot_paths(report.picture(*dir / "fig-4.14.png"));
   return report;
 }
 
 }  // namespace
 
 void add_power_law_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-4.14",
-                "power laws over the phase plane of a morphed oscillator",
-                "M18",
-                {.closed_form = 12, .goal = 4},
-                power_laws});
+  to.emplace_back("fig-4.14", "power laws over the phase plane of a morphed oscillator", "M18",
+                  Declared{.closed_form = 12, .goal = 4}, power_laws);
 }
 
 }  // namespace mimesis::crowd

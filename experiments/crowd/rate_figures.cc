@@ -14,16 +14,14 @@
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/hopf_trials.h"
 #include "experiments/crowd/oscillators.h"
-#include "experiments/crowd/statistics.h"
+#include "experiments/harness/statistics.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 
 namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr std::array kGraphs{Topology::star, Topology::chain, Topology::ring, Topology::all_to_all};
 constexpr int kLeastN = 3, kMostN = 10;
@@ -80,8 +78,8 @@ Report table(const PlotDir& dir) {
       off =
           std::max(off, std::abs(second_eigenvalue(kGraphs[g], n) - printed_lambda(kGraphs[g], n)));
     }
-    report.rows.push_back(near(name + ": λ⁺ of the table - eigenvalue, largest for N = 3 ... 10",
-                               off, reproduce::published(0.0, "M18 table 4.1"), 1e-12, "1"));
+    report.near(name + ": λ⁺ of the table - eigenvalue, largest for N = 3 ... 10", off,
+                published(0.0, "M18 table 4.1"), 1e-12, "1");
     data.push_back({"g" + std::to_string(g), {}});
     for (const double promised : {0.3, 1.2, 2.0}) {
       const auto all = ratios(kGraphs[g], promised);
@@ -91,8 +89,7 @@ Report table(const PlotDir& dir) {
       what << name << ", kλ⁺ = " << promised << "/s: measured rate / kλ⁺, worst N (" << worst->n
            << ")";
       if (promised < 1.0) what << ", below the bound, of those that come into step";
-      report.rows.push_back(
-          near(what.str(), worst->ratio, reproduce::closed_form(1.0, "kλ⁺"), 0.01, "1"));
+      report.near(what.str(), worst->ratio, closed_form(1.0, "kλ⁺"), 0.01, "1");
       for (const Ratio& r : all) {
         const double aside = 0.12 * (double(g) - 1.5) + (promised > 1.5   ? 0.06
                                                          : promised > 1.0 ? 0.03
@@ -144,10 +141,9 @@ void decay_rows(Report& report) {
   for (const Topology topology : kGraphs) {
     const HopfOutcome o = five(topology, kStrength, 20.0);
     const double promised = kStrength * printed_lambda(topology, 5) * kCycle_s;
-    report.rows.push_back(near(label(topology) + ", N = 5, k = 3/s: rate of the mean curve",
-                               fit_of(o, geometric_mean(o)).rate_1_s().value() * kCycle_s,
-                               reproduce::closed_form(promised, "kλ⁺"), 0.01 * promised,
-                               "1/cycle"));
+    report.near(label(topology) + ", N = 5, k = 3/s: rate of the mean curve",
+                fit_of(o, geometric_mean(o)).rate_1_s().value() * kCycle_s,
+                closed_form(promised, "kλ⁺"), 0.01 * promised, "1/cycle");
   }
 }
 
@@ -180,11 +176,11 @@ void offset_panel(Report& report, std::vector<Data>& data) {
     }
     // a chain loses its fast modes first, so its line crosses 1 before the start
     if (kGraphs[g] != Topology::chain) {
-      report.rows.push_back(reproduce::at_least(
+      report.at_least(
           label(kGraphs[g]) + ": offset at k = 0.4/s - at 3/s",
-          offsets.rows.front()[1] - offsets.rows.back()[1],
-          reproduce::published(0.0, "M18 fig. 4.5"), "cycles",
-          "the figure shows offsets that fall as the coupling grows; no numbers are printed"));
+          offsets.rows.front()[1] - offsets.rows.back()[1], published(0.0, "M18 fig. 4.5"),
+          "cycles",
+          "the figure shows offsets that fall as the coupling grows; no numbers are printed");
     }
     data.push_back(std::move(offsets));
   }
@@ -222,17 +218,6 @@ Report decay(const PlotDir& dir) {
 }
 
 /// Rates of three oscillators over k, and dλ/dk over N.
-double slope(const std::vector<std::vector<double>>& points) {
-  double mx = 0.0, my = 0.0, xx = 0.0, xy = 0.0;
-  for (const auto& p : points)
-    mx += p[0] / double(points.size()), my += p[1] / double(points.size());
-  for (const auto& p : points) {
-    xx += (p[0] - mx) * (p[0] - mx);
-    xy += (p[0] - mx) * (p[1] - my);
-  }
-  return xy / xx;
-}
-
 Data rates_over_k(const std::string& name, Topology topology, int n) {
   Data out{name, {}};
   for (const double promised : {1.1, 1.4, 1.7, 2.0, 2.3}) {
@@ -258,12 +243,11 @@ Report rates(const PlotDir& dir) {
       const double ratio = measured.rows.back()[1] / lambda;
       if (std::abs(ratio - 1.0) > std::abs(worst - 1.0)) worst = ratio;
     }
-    report.rows.push_back(near(label(kGraphs[g]) + ", N = 3: slope of rate over k",
-                               slope(data.back().rows),
-                               reproduce::closed_form(printed_lambda(kGraphs[g], 3), "λ⁺"),
-                               0.01 * printed_lambda(kGraphs[g], 3), "1"));
-    report.rows.push_back(near(label(kGraphs[g]) + ": slope / λ⁺, worst of N = 3 ... 10", worst,
-                               reproduce::closed_form(1.0, "λ⁺"), 0.01, "1"));
+    report.near(label(kGraphs[g]) + ", N = 3: slope of rate over k", slope(data.back().rows),
+                closed_form(printed_lambda(kGraphs[g], 3), "λ⁺"),
+                0.01 * printed_lambda(kGraphs[g], 3), "1");
+    report.near(label(kGraphs[g]) + ": slope / λ⁺, worst of N = 3 ... 10", worst,
+                closed_form(1.0, "λ⁺"), 0.01, "1");
     data.push_back(std::move(measured));
     data.push_back(std::move(theory));
   }
@@ -294,21 +278,12 @@ Report rates(const PlotDir& dir) {
 }  // namespace
 
 void add_rate_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"table-4.1",
-                "rates of synchronisation of four coupling graphs against kλ⁺",
-                "M18",
-                {.published = 4, .closed_form = 12},
-                table});
-  to.push_back({"fig-4.5",
-                "dispersion over time, and the offset before its decay",
-                "M18",
-                {.published = 3, .closed_form = 4},
-                decay});
-  to.push_back({"fig-4.6",
-                "measured rates over coupling strength and size of the group",
-                "M18",
-                {.closed_form = 8},
-                rates});
+  to.emplace_back("table-4.1", "rates of synchronisation of four coupling graphs against kλ⁺",
+                  "M18", Declared{.published = 4, .closed_form = 12}, table);
+  to.emplace_back("fig-4.5", "dispersion over time, and the offset before its decay", "M18",
+                  Declared{.published = 3, .closed_form = 4}, decay);
+  to.emplace_back("fig-4.6", "measured rates over coupling strength and size of the group", "M18",
+                  Declared{.closed_form = 8}, rates);
 }
 
 }  // namespace mimesis::crowd

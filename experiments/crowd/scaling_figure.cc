@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using plot::Data;
-using reproduce::Report;
+using namespace reproduce;
 
 constexpr double kTimedFrom_s = 0.5, kTimedTo_s = 3.5;  // simulated time
 constexpr double kGoal = 1.2;                           // our agent-steps/s over those of RVO2
@@ -110,9 +110,8 @@ Data measure(const Curve& curve, Report& report) {
     const std::string what = curve.what + ", " + std::to_string(n) + " agents, " +
                              std::to_string(curve.threads) +
                              (curve.threads > 1 ? " cores" : " core");
-    report.rows.push_back(reproduce::beside(what, rate, reproduce::goal(60e-6 * n),
-                                            "M agent-steps/s",
-                                            std::string("60 Hz in real time; ") + curve.note));
+    report.beside(what, rate, goal(60e-6 * n), "M agent-steps/s",
+                  std::string("60 Hz in real time; ") + curve.note);
   }
   return data;
 }
@@ -139,44 +138,36 @@ void plot(const std::filesystem::path& png, const std::vector<Data>& curves) {
                  script + "60e-6*x with lines dt 2 lc rgb '#606060' notitle");
 }
 
-Report scaling(const std::optional<std::filesystem::path>& dir) {
+Report scaling(const PlotDir& dir) {
   Report report;
   std::vector<Data> curves;
   for (const Curve& curve : kCurves) {
     if (curve.what == "RVO2" && !Rvo2::built()) continue;
     curves.push_back(measure(curve, report));
   }
-  report.rows.push_back(reproduce::at_least("full dynamics, 10000 agents, 1 core: steps a second",
-                                            at(curves, "full1", 1e4) * 1e2, 60.0, "Hz",
-                                            "real time at 60 Hz, of processor time"));
-  report.rows.push_back(
-      reproduce::at_least("formation only, 1000000 agents, 1 core: steps a second",
-                          at(curves, "formation1", 1e6), 60.0, "Hz", "the same"));
+  report.at_least("full dynamics, 10000 agents, 1 core: steps a second",
+                  at(curves, "full1", 1e4) * 1e2, 60.0, "Hz",
+                  "real time at 60 Hz, of processor time");
+  report.at_least("formation only, 1000000 agents, 1 core: steps a second",
+                  at(curves, "formation1", 1e6), 60.0, "Hz", "the same");
   if (Rvo2::built()) {
-    report.rows.push_back(reproduce::at_least("full dynamics over RVO2, 10000 agents, 1 core",
-                                              at(curves, "full1", 1e4) / at(curves, "peer1", 1e4),
-                                              kGoal, "1", "agent-steps/s of the same run"));
+    report.at_least("full dynamics over RVO2, 10000 agents, 1 core",
+                    at(curves, "full1", 1e4) / at(curves, "peer1", 1e4), kGoal, "1",
+                    "agent-steps/s of the same run");
   }
-  report.rows.push_back(
-      reproduce::at_most("memory of an agent", crossing_crowd(100).bytes_per_agent(), 500.0, "B",
-                         Rvo2::built() ? "without the cells of the grid"
-                                       : "without the cells of the grid; no RVO2 beside ours: "
-                                         "cmake --build build --target peers"));
-  if (dir) {
-    report.plots.push_back(*dir / "crowd-scaling.png");
-    plot(report.plots.back(), curves);
-  }
+  report.at_most("memory of an agent", crossing_crowd(100).bytes_per_agent(), 500.0, "B",
+                 Rvo2::built() ? "without the cells of the grid"
+                               : "without the cells of the grid; no RVO2 beside ours: "
+                                 "cmake --build build --target peers");
+  if (dir) plot(report.picture(*dir / "crowd-scaling.png"), curves);
   return report;
 }
 
 }  // namespace
 
 void add_scaling_figure(std::vector<reproduce::Figure>& to) {
-  to.push_back({"crowd-scaling",
-                "Agent-steps per second from 1e2 to 1e6 agents",
-                "own",
-                {.goal = Rvo2::built() ? 32 : 23},
-                scaling});
+  to.emplace_back("crowd-scaling", "Agent-steps per second from 1e2 to 1e6 agents", "own",
+                  Declared{.goal = Rvo2::built() ? 32 : 23}, scaling);
 }
 
 }  // namespace mimesis::crowd

@@ -20,11 +20,7 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::closed_form;
-using reproduce::goal;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 using Phases = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 32, 1>;
 using math::kTwoPi;
 
@@ -65,12 +61,12 @@ Report pairs(const PlotDir& dir) {
       worst = std::max(worst, std::abs(r[2] - r[1] - apart * std::exp(-2.0 * kK * r[0])));
     }
     const std::string name = "pair " + std::to_string(p + 1);
-    report.rows.push_back(near(name + ": difference - Δφ₀ exp(−2kt), largest", worst,
-                               closed_form(0.0, "Δφ₀ exp(−2kt)"), 1e-4, "rad",
-                               "steps of 5 ms, the first one Euler's"));
-    report.rows.push_back(near(
-        name + ": in step (0.05 rad) after", time_in_step(rows),
-        closed_form(std::log(std::abs(apart) / kInStep) / (2.0 * kK), "Δφ₀ exp(−2kt)"), 0.02, "s"));
+    report.near(name + ": difference - Δφ₀ exp(−2kt), largest", worst,
+                closed_form(0.0, "Δφ₀ exp(−2kt)"), 1e-4, "rad",
+                "steps of 5 ms, the first one Euler's");
+    report.near(name + ": in step (0.05 rad) after", time_in_step(rows),
+                closed_form(std::log(std::abs(apart) / kInStep) / (2.0 * kK), "Δφ₀ exp(−2kt)"),
+                0.02, "s");
     data.push_back({"pair" + std::to_string(p), rows});
     data.push_back({"start" + std::to_string(p), {rows.front()}});
     data.push_back(
@@ -198,13 +194,12 @@ Report starts(const PlotDir& dir) {
         place += 1.0;
         const std::string what = std::string(kWays[w]) + ", " + std::string(to_string(topology)) +
                                  " of " + std::to_string(n) + ": share of 500 starts";
-        if (w == 0) report.rows.push_back(near(what, share, goal(1.0), 0.0, "1"));
+        if (w == 0) report.near(what, share, goal(1.0), 0.0, "1");
         const double p = seen_elsewhere(Way(w), topology, n);
         if (w > 0 && !std::isnan(p)) {
-          report.rows.push_back(
-              near(what, share, reproduce::prototype(p, "crowd.md"),
-                   3.0 * std::sqrt(2.0 * std::max(p * (1.0 - p), 0.002) / kStarts), "1",
-                   "three standard deviations of the difference"));
+          report.near(what, share, prototype(p, "crowd.md"),
+                      3.0 * std::sqrt(2.0 * std::max(p * (1.0 - p), 0.002) / kStarts), "1",
+                      "three standard deviations of the difference");
         }
       }
       place += 0.6;
@@ -217,15 +212,15 @@ Report starts(const PlotDir& dir) {
                                .k_1_s = 1.2 / printed_lambda(topology, 8),
                                .trials = kStarts,
                                .dt_s = 0.05});
-    report.rows.push_back(near("Andronov-Hopf networks, kλ⁺ = 1.2, " +
-                                   std::string(to_string(topology)) + " of 8: share of 500 starts",
-                               o.synchronised / double(kStarts),
-                               closed_form(1.0, "contracts for kλ⁺ > 1"), 0.0, "1"));
+    report.near("Andronov-Hopf networks, kλ⁺ = 1.2, " + std::string(to_string(topology)) +
+                    " of 8: share of 500 starts",
+                o.synchronised / double(kStarts), closed_form(1.0, "contracts for kλ⁺ > 1"), 0.0,
+                "1");
   }
   for (const Topology topology : {Topology::chain, Topology::ring, Topology::all_to_all}) {
-    report.rows.push_back(near("leader of six, " + std::string(to_string(topology)) +
-                                   ": share of 500 starts that reach it",
-                               led(topology), goal(1.0), 0.0, "1"));
+    report.near("leader of six, " + std::string(to_string(topology)) +
+                    ": share of 500 starts that reach it",
+                led(topology), goal(1.0), 0.0, "1");
   }
   if (dir) {
     report.plots.push_back(*dir / "random-starts.png");
@@ -258,16 +253,10 @@ Report starts(const PlotDir& dir) {
 }  // namespace
 
 void add_start_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-4.3",
-                "two pairs of phases come into step, when depends on the start",
-                "M18",
-                {.closed_form = 4},
-                pairs});
-  to.push_back({"random-starts",
-                "500 random starts on every coupling graph",
-                "M18",
-                {.closed_form = 4, .prototype = 24, .goal = 18},
-                starts});
+  to.emplace_back("fig-4.3", "two pairs of phases come into step, when depends on the start", "M18",
+                  Declared{.closed_form = 4}, pairs);
+  to.emplace_back("random-starts", "500 random starts on every coupling graph", "M18",
+                  Declared{.closed_form = 4, .prototype = 24, .goal = 18}, starts);
 }
 
 }  // namespace mimesis::crowd

@@ -16,11 +16,7 @@
 namespace mimesis::cognition {
 namespace {
 
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::goal;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr int kPostures = 12;
 
@@ -96,8 +92,8 @@ Report learned_bundles(const PlotDir&) {
     show(robot, known.sequence);
     silent += robot.preselected() == nullptr ? 1 : 0;
   }
-  report.rows.push_back(at_least("before learning: decisions that name no bundle", silent,
-                                 kKnown.size(), "1", "all kinds that have a plan"));
+  report.at_least("before learning: decisions that name no bundle", silent, kKnown.size(), "1",
+                  "all kinds that have a plan");
 
   Bundles sorted(8, ImitatorParams{}.bundle_rad);
   std::map<int, std::map<const char*, int>> of;
@@ -117,14 +113,12 @@ Report learned_bundles(const PlotDir&) {
   for (const auto& [bundle, sequences] : of) {
     pure += std::ranges::max_element(sequences, {}, [](const auto& s) { return s.second; })->second;
   }
-  report.rows.push_back(at_least("planned transports", motions, 8.0, "1",
-                                 "two sequences, eight places of the object"));
-  report.rows.push_back(reproduce::near("bundles found", static_cast<double>(of.size()), goal(4.0),
-                                        2.0, "1",
-                                        "one a sequence at least, more where the elbow differs"));
-  report.rows.push_back(at_least("motions in a bundle of their sequence",
-                                 static_cast<double>(pure) / motions, 0.9, "1",
-                                 "nobody told the clustering"));
+  report.at_least("planned transports", motions, 8.0, "1",
+                  "two sequences, eight places of the object");
+  report.near("bundles found", static_cast<double>(of.size()), goal(4.0), 2.0, "1",
+              "one a sequence at least, more where the elbow differs");
+  report.at_least("motions in a bundle of their sequence", static_cast<double>(pure) / motions, 0.9,
+                  "1", "nobody told the clustering");
 
   // New scenes: the motion that the decision pre-selects, and none.
   int trials = 0, named = 0, alike_with = 0, alike_without = 0;
@@ -148,30 +142,26 @@ Report learned_bundles(const PlotDir&) {
       with_rad += with->length_rad;
     }
   }
-  report.rows.push_back(at_least("learned from one success each: decisions that name their bundle",
-                                 named, 16.0, "1", "eight new places of the object"));
-  report.rows.push_back(at_least("plans in new scenes", trials, 8.0, "1", "with and without"));
-  report.rows.push_back(at_least("of them within the bundle, with pre-selection",
-                                 static_cast<double>(alike_with) / trials, goal(0.9), "1",
-                                 "the way that succeeded before is taken again"));
-  report.rows.push_back(reproduce::beside("of them within the bundle, without",
-                                          static_cast<double>(alike_without) / trials, goal(0.5),
-                                          "1", "the planner's own choice"));
-  report.rows.push_back(at_most("length of the plans, with to without", with_rad / without_rad, 1.1,
-                                "1", "pre-selected ways are no detours"));
+  report.at_least("learned from one success each: decisions that name their bundle", named, 16.0,
+                  "1", "eight new places of the object");
+  report.at_least("plans in new scenes", trials, 8.0, "1", "with and without");
+  report.at_least("of them within the bundle, with pre-selection",
+                  static_cast<double>(alike_with) / trials, goal(0.9), "1",
+                  "the way that succeeded before is taken again");
+  report.beside("of them within the bundle, without", static_cast<double>(alike_without) / trials,
+                goal(0.5), "1", "the planner's own choice");
+  report.at_most("length of the plans, with to without", with_rad / without_rad, 1.1, "1",
+                 "pre-selected ways are no detours");
   return report;
 }
 
 }  // namespace
 
 void add_bundle_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fields-bundles",
-                "Motor primitives in F5 from bundles of planned motions, and what they pre-select",
-                "own",
-                {.goal = 9},
-                learned_bundles,
-                {},
-                1.0});
+  to.emplace_back(
+      "fields-bundles",
+      "Motor primitives in F5 from bundles of planned motions, and what they pre-select", "own",
+      Declared{.goal = 9}, learned_bundles, 1.0);
 }
 
 }  // namespace mimesis::cognition

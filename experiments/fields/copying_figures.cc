@@ -9,15 +9,7 @@
 namespace mimesis::cognition {
 namespace {
 
-using reproduce::at_least;
-using reproduce::closed_form;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::prototype;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 std::vector<double> weights(const FieldNetwork<double>& network, const char* c) {
   const auto n = static_cast<std::size_t>(network.field(Layer::pf).params().neurons);
@@ -56,8 +48,7 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
     const Peaks& peaks = r.result.peaks[index(layer)];
     std::ostringstream what;
     what << "one peak in " << layer_name(layer) << ", at " << site_label(layer, expected);
-    report.rows.push_back(
-        holds(what.str(), peaks.count == 1 && peaks.site == expected, published("M18 " + name)));
+    report.holds(what.str(), peaks.count == 1 && peaks.site == expected, published("M18 " + name));
   };
   label(Layer::sts_grip, site);
   label(Layer::sts_transport, site);
@@ -65,25 +56,20 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
   label(Layer::f5_grip, site);
   label(Layer::f5_transport, site);
   label(Layer::pfc, site);
-  report.rows.push_back(
-      holds("the colour field stays at rest", r.result.site(Layer::color) < 0, goal()));
-  report.rows.push_back(holds("without reward the links keep every bit",
-                              weights(network, "PF->PFC") == untouched,
-                              closed_form("eq. 2.3 times 0")));
+  report.holds("the colour field stays at rest", r.result.site(Layer::color) < 0, goal());
+  report.holds("without reward the links keep every bit", weights(network, "PF->PFC") == untouched,
+               closed_form("eq. 2.3 times 0"));
   const bool rewarded = rehearse(network, shown);
   run_trial(network, {.shown = shown});
-  report.rows.push_back(near("links after 2 s of reward: distance to eq. 2.4",
-                             rewarded ? distance_to_closed_form(network) : 1.0,
-                             closed_form(std::exp(-5.0), "eq. 2.3 after 5 τ_s"), 0.003, "1"));
+  report.near("links after 2 s of reward: distance to eq. 2.4",
+              rewarded ? distance_to_closed_form(network) : 1.0,
+              closed_form(std::exp(-5.0), "eq. 2.3 after 5 τ_s"), 0.003, "1");
   const TrialResult alone = run_trial(network, {});
   bool quiet = true;
   for (const Layer layer : kAllLayers) quiet = quiet && std::isnan(alone.onset(layer));
-  report.rows.push_back(holds("control: task input alone ignites no field, trained or not", quiet,
-                              published("M18 2.4.2")));
-  if (plot_dir) {
-    report.plots.push_back(*plot_dir / (name + ".png"));
-    plot_snapshot(report.plots.back(), title, r);
-  }
+  report.holds("control: task input alone ignites no field, trained or not", quiet,
+               published("M18 2.4.2"));
+  if (plot_dir) plot_snapshot(report.picture(*plot_dir / (name + ".png")), title, r);
   return report;
 }
 
@@ -92,14 +78,14 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
 void copying_to_low(Report& report, const PlotDir& plot_dir) {
   FieldNetwork<double> network(load_network());
   const Recording r = record(network, {.shown = task::parse_demonstration("precision,above,low")});
-  report.rows.push_back(holds("caption: PFC holds the low goal", r.result.site(Layer::pfc) == 1,
-                              published("M18 fig. 2.17, caption")));
-  report.rows.push_back(holds("caption: PF and F5 hold the same means, PG and AT",
-                              sites_of(r.result) == Sites{0, 0, kPgAt, 0, 0, 1, -1},
-                              published("M18 fig. 2.17, caption")));
+  report.holds("caption: PFC holds the low goal", r.result.site(Layer::pfc) == 1,
+               published("M18 fig. 2.17, caption"));
+  report.holds("caption: PF and F5 hold the same means, PG and AT",
+               sites_of(r.result) == Sites{0, 0, kPgAt, 0, 0, 1, -1},
+               published("M18 fig. 2.17, caption"));
   if (!plot_dir) return;
-  report.plots.push_back(*plot_dir / "fig-2.17-low.png");
-  plot_snapshot(report.plots.back(), "Fig. 2.17, caption: the same means, to the low goal", r);
+  plot_snapshot(report.picture(*plot_dir / "fig-2.17-low.png"),
+                "Fig. 2.17, caption: the same means, to the low goal", r);
 }
 
 /// Factors of the task input to PFC.
@@ -158,62 +144,49 @@ Report task_strength(const PlotDir& plot_dir) {
     monotone = monotone && now.onset(Layer::pfc) > before.onset(Layer::pfc);
   }
   const TrialResult &strong = runs.front().result, &weak = runs.back().result;
-  report.rows.push_back(holds("strong task input: PF holds the preferred PG-AT",
-                              strong.site(Layer::pf) == kPgAt, published("M18 fig. 2.19")));
-  report.rows.push_back(holds("weak task input: PF holds the demonstrated FG-BT",
-                              weak.site(Layer::pf) == kFgBt, published("M18 fig. 2.19")));
-  report.rows.push_back(
-      near("switches of PF over the six strengths", switches, goal(1.0), 0.0, "1"));
-  report.rows.push_back(
-      holds("a weaker task input always delays the goal", monotone, published("M18 2.4.1")));
-  report.rows.push_back(at_least("delay of the goal, weakest / strongest",
-                                 weak.onset(Layer::pfc) / strong.onset(Layer::pfc), 1.8, "1",
-                                 "the order of STS between them must not be left to chance"));
+  report.holds("strong task input: PF holds the preferred PG-AT", strong.site(Layer::pf) == kPgAt,
+               published("M18 fig. 2.19"));
+  report.holds("weak task input: PF holds the demonstrated FG-BT", weak.site(Layer::pf) == kFgBt,
+               published("M18 fig. 2.19"));
+  report.near("switches of PF over the six strengths", switches, goal(1.0), 0.0, "1");
+  report.holds("a weaker task input always delays the goal", monotone, published("M18 2.4.1"));
+  report.at_least("delay of the goal, weakest / strongest",
+                  weak.onset(Layer::pfc) / strong.onset(Layer::pfc), 1.8, "1",
+                  "the order of STS between them must not be left to chance");
   const TrialResult agreed = run_trial(
       network, {.shown = task::parse_demonstration("precision,above,high"), .task = {.goal = 0.0}});
   const double delay_ms = 1000 * (weak.onset(Layer::pfc) - agreed.onset(Layer::pfc));
-  report.rows.push_back(holds("no expectation: the conflict of FG, BT with the goal delays PFC",
-                              delay_ms > 0.0, published("M18 2.4.1")));
-  report.rows.push_back(at_least("its delay, against PG, AT shown", delay_ms, 1.0, "ms",
-                                 "more than one step of integration"));
-  report.rows.push_back(
-      holds("PFC holds the perceived goal in all runs", always_high, published("M18 2.4.1")));
-  report.rows.push_back(holds("F5 follows PF in all runs", f5_follows, goal()));
-  if (plot_dir) {
-    report.plots.push_back(*plot_dir / "fig-2.19.png");
-    plot_switch(report.plots.back(), runs);
-  }
+  report.holds("no expectation: the conflict of FG, BT with the goal delays PFC", delay_ms > 0.0,
+               published("M18 2.4.1"));
+  report.at_least("its delay, against PG, AT shown", delay_ms, 1.0, "ms",
+                  "more than one step of integration");
+  report.holds("PFC holds the perceived goal in all runs", always_high, published("M18 2.4.1"));
+  report.holds("F5 follows PF in all runs", f5_follows, goal());
+  if (plot_dir) plot_switch(report.picture(*plot_dir / "fig-2.19.png"), runs);
   return report;
 }
 
 }  // namespace
 
 void add_copying_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-2.17",
-                "Copying the means: precision grip, above the bar, high goal (caption: low)",
-                "M18",
-                {.published = 9, .closed_form = 2, .goal = 1},
-                [](const PlotDir& dir) {
-                  Report report = copying(
-                      task::parse_demonstration("precision,above,high"), kPgAt, 0,
-                      "Fig. 2.17: precision grip and transport above are copied", "fig-2.17", dir);
-                  copying_to_low(report, dir);
-                  return report;
-                }});
-  to.push_back({"fig-2.18",
-                "Copying the means: full grip, below the bar, low goal",
-                "M18",
-                {.published = 7, .closed_form = 2, .goal = 1},
-                [](const PlotDir& dir) {
-                  return copying(task::parse_demonstration("full,below,low"), kFgBt, 1,
-                                 "Fig. 2.18: full grip and transport below are copied", "fig-2.18",
-                                 dir);
-                }});
-  to.push_back({"fig-2.19",
-                "The strength of the task input decides whether goal or means are imitated",
-                "M18",
-                {.published = 5, .goal = 4},
-                task_strength});
+  to.emplace_back(
+      "fig-2.17", "Copying the means: precision grip, above the bar, high goal (caption: low)",
+      "M18", Declared{.published = 9, .closed_form = 2, .goal = 1}, [](const PlotDir& dir) {
+        Report report =
+            copying(task::parse_demonstration("precision,above,high"), kPgAt, 0,
+                    "Fig. 2.17: precision grip and transport above are copied", "fig-2.17", dir);
+        copying_to_low(report, dir);
+        return report;
+      });
+  to.emplace_back("fig-2.18", "Copying the means: full grip, below the bar, low goal", "M18",
+                  Declared{.published = 7, .closed_form = 2, .goal = 1}, [](const PlotDir& dir) {
+                    return copying(task::parse_demonstration("full,below,low"), kFgBt, 1,
+                                   "Fig. 2.18: full grip and transport below are copied",
+                                   "fig-2.18", dir);
+                  });
+  to.emplace_back("fig-2.19",
+                  "The strength of the task input decides whether goal or means are imitated",
+                  "M18", Declared{.published = 5, .goal = 4}, task_strength);
 }
 
 }  // namespace mimesis::cognition

@@ -11,15 +11,7 @@ namespace mimesis::cognition {
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::closed_form;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::prototype;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kDt_s = 0.001, kConstant_s = 10.0;
 constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
@@ -78,27 +70,24 @@ Report bistability(const PlotDir& plot_dir) {
   Report report;
   Probe rest, pulse{.amplitude = 6.0};
   rest.run(0.0, 2.0);
-  report.rows.push_back(
-      near("activity at rest", rest.peak(), closed_form(-3.0, "h of eq. 2.1"), 0.01, "1"));
+  report.near("activity at rest", rest.peak(), closed_form(-3.0, "h of eq. 2.1"), 0.01, "1");
   pulse.run(0.0, 2.0);
   const auto wide = std::ranges::count_if(pulse.field.activity(), [](double u) { return u > 0; });
-  report.rows.push_back(near("peak 2 s after a pulse of 6 for 200 ms", pulse.peak(),
-                             prototype(6.76, "fields.md"), 0.02, "1"));
-  report.rows.push_back(near("neurons above 0 in that peak", static_cast<double>(wide),
-                             prototype(9.0, "fields.md"), 0.0, "1"));
-  report.rows.push_back(at_most("its max |du/dt| at 2 s", pulse.field.speed_1_s(), 1.0, "1/s",
-                                "a pattern that stays moves by less than 1e-3 per ms"));
+  report.near("peak 2 s after a pulse of 6 for 200 ms", pulse.peak(), prototype(6.76, "fields.md"),
+              0.02, "1");
+  report.near("neurons above 0 in that peak", static_cast<double>(wide),
+              prototype(9.0, "fields.md"), 0.0, "1");
+  report.at_most("its max |du/dt| at 2 s", pulse.field.speed_1_s(), 1.0, "1/s",
+                 "a pattern that stays moves by less than 1e-3 per ms");
   const double brief = threshold(0.2);
-  report.rows.push_back(
-      near("threshold amplitude, 200 ms", brief, prototype(2.26, "fields.md"), 0.03, "1"));
-  report.rows.push_back(near("threshold amplitude, constant input", threshold(kConstant_s),
-                             prototype(2.18, "fields.md"), 0.03, "1"));
+  report.near("threshold amplitude, 200 ms", brief, prototype(2.26, "fields.md"), 0.03, "1");
+  report.near("threshold amplitude, constant input", threshold(kConstant_s),
+              prototype(2.18, "fields.md"), 0.03, "1");
   Probe below{.amplitude = 0.95 * brief};
   below.run(0.0, 0.7);
-  report.rows.push_back(at_most("activity 500 ms after a pulse of 0.95 threshold", below.peak(),
-                                -2.9, "1", "back at rest"));
+  report.at_most("activity 500 ms after a pulse of 0.95 threshold", below.peak(), -2.9, "1",
+                 "back at rest");
   if (plot_dir) {
-    const auto png = *plot_dir / "field-bistability.png";
     std::ostringstream script;
     script
         << "set title 'A transient input switches the field between rest and a self-sustained peak'"
@@ -110,12 +99,11 @@ Report bistability(const PlotDir& plot_dir) {
            "plot 0 lt 7 dt 2 notitle, $strong using 1:2 with lines lt 1 title 'amplitude 6', "
            "$above using 1:2 with lines lt 2 title '1.05 threshold', "
            "$below using 1:2 with lines lt 3 title '0.95 threshold'";
-    plot::plot_png(png, 760, 460,
+    plot::plot_png(report.picture(*plot_dir / "field-bistability.png"), 760, 460,
                    {curve("strong", {.amplitude = 6.0}, 0.0, 1.0),
                     curve("above", {.amplitude = 1.05 * brief}, 0.0, 1.0),
                     curve("below", {.amplitude = 0.95 * brief}, 0.0, 1.0)},
                    script.str());
-    report.plots.push_back(png);
   }
   return report;
 }
@@ -169,44 +157,32 @@ Report preshape(const PlotDir& plot_dir) {
   Report report;
   Probe alone{.preshape = level};
   const double never = alone.run(-1.5, 1.5);
-  report.rows.push_back(near("activity under preshape alone", alone.peak(),
-                             prototype(-1.91, "fields.md"), 0.05, "1"));
-  report.rows.push_back(
-      holds("preshape alone never crosses 0", std::isnan(never), published("M18 2.2.2")));
+  report.near("activity under preshape alone", alone.peak(), prototype(-1.91, "fields.md"), 0.05,
+              "1");
+  report.holds("preshape alone never crosses 0", std::isnan(never), published("M18 2.2.2"));
 
   Probe plain{.amplitude = input, .pulse_s = kConstant_s};
   Probe ready{.amplitude = input, .pulse_s = kConstant_s, .preshape = level};
   const double plain_s = plain.run(-1.0, 1.0), ready_s = ready.run(-1.0, 1.0);
-  report.rows.push_back(
-      near("crossing without preshape", 1000 * plain_s, prototype(54.0, "fields.md"), 3.0, "ms"));
-  report.rows.push_back(
-      near("crossing with preshape", 1000 * ready_s, prototype(19.0, "fields.md"), 3.0, "ms"));
-  report.rows.push_back(at_least("speed-up", plain_s / ready_s, 2.5, "1",
-                                 "preshape drastically alters the time course (text of 2.2.2)"));
+  report.near("crossing without preshape", 1000 * plain_s, prototype(54.0, "fields.md"), 3.0, "ms");
+  report.near("crossing with preshape", 1000 * ready_s, prototype(19.0, "fields.md"), 3.0, "ms");
+  report.at_least("speed-up", plain_s / ready_s, 2.5, "1",
+                  "preshape drastically alters the time course (text of 2.2.2)");
   const double loser = ready.field.activity()[static_cast<std::size_t>(Probe::kFg)];
-  report.rows.push_back(at_most("activity of the alternative FG in the end", loser,
-                                published(alone.peak(), "M18 2.2.2"), "1",
-                                "suppressed below its preshape (panel A)"));
-  if (plot_dir) {
-    report.plots.push_back(*plot_dir / "fig-2.4.png");
-    plot_preshape(report.plots.back(), level, input);
-  }
+  report.at_most("activity of the alternative FG in the end", loser,
+                 published(alone.peak(), "M18 2.2.2"), "1",
+                 "suppressed below its preshape (panel A)");
+  if (plot_dir) plot_preshape(report.picture(*plot_dir / "fig-2.4.png"), level, input);
   return report;
 }
 
 }  // namespace
 
 void add_field_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"field-bistability",
-                "One field holds what a transient input ignited (eq. 2.1)",
-                "M18",
-                {.closed_form = 1, .prototype = 4, .goal = 2},
-                bistability});
-  to.push_back({"fig-2.4",
-                "A decision, and how preshape speeds it up",
-                "M18",
-                {.published = 2, .prototype = 3, .goal = 1},
-                preshape});
+  to.emplace_back("field-bistability", "One field holds what a transient input ignited (eq. 2.1)",
+                  "M18", Declared{.closed_form = 1, .prototype = 4, .goal = 2}, bistability);
+  to.emplace_back("fig-2.4", "A decision, and how preshape speeds it up", "M18",
+                  Declared{.published = 2, .prototype = 3, .goal = 1}, preshape);
 }
 
 }  // namespace mimesis::cognition

@@ -8,13 +8,7 @@
 namespace mimesis::cognition {
 namespace {
 
-using reproduce::at_most;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::prototype;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 /// Both preferred sequences learned by eq. 2.3.
 FieldNetwork<double> familiar() { return practised<double>({}, Practice::familiar); }
@@ -27,10 +21,8 @@ bool decides(const TrialResult& r, Grip grip, Transport transport, Goal goal) {
 void plot(Report& report, const PlotDir& dir, const std::string& name, const std::string& title,
           const Recording& r) {
   if (!dir) return;
-  report.plots.push_back(*dir / (name + ".png"));
-  plot_snapshot(report.plots.back(), title, r);
-  report.plots.push_back(*dir / (name + "-time.png"));
-  plot_courses(report.plots.back(), title, r, -0.05, 0.3);
+  plot_snapshot(report.picture(*dir / (name + ".png")), title, r);
+  plot_courses(report.picture(*dir / (name + "-time.png")), title, r, -0.05, 0.3);
 }
 
 /// Fig. 2.20: only the full grip is seen.
@@ -40,34 +32,29 @@ Report inference(const PlotDir& dir) {
   const Demonstration grip_only{.grip = Grip::full};
   const Recording seen = record(network, {.shown = grip_only});
   const TrialResult& r = seen.result;
-  report.rows.push_back(holds(
+  report.holds(
       "order STS, PF, PFC",
       r.onset(Layer::sts_grip) < r.onset(Layer::pf) && r.onset(Layer::pf) < r.onset(Layer::pfc),
-      published("M18 2.4.2")));
-  report.rows.push_back(
-      holds("PF holds FG-BT", r.site(Layer::pf) == kFgBt, published("M18 2.4.2")));
-  report.rows.push_back(holds("decision: FG, BT, low",
-                              decides(r, Grip::full, Transport::below, Goal::low),
-                              published("M18 fig. 2.20")));
-  report.rows.push_back(
-      holds("the transport was not seen", r.site(Layer::sts_transport) < 0, goal()));
+      published("M18 2.4.2"));
+  report.holds("PF holds FG-BT", r.site(Layer::pf) == kFgBt, published("M18 2.4.2"));
+  report.holds("decision: FG, BT, low", decides(r, Grip::full, Transport::below, Goal::low),
+               published("M18 fig. 2.20"));
+  report.holds("the transport was not seen", r.site(Layer::sts_transport) < 0, goal());
 
   const TrialResult mirror = run_trial(network, {.shown = {.grip = Grip::precision}});
-  report.rows.push_back(holds("PG alone: decision PG, AT, high",
-                              decides(mirror, Grip::precision, Transport::above, Goal::high),
-                              goal()));
+  report.holds("PG alone: decision PG, AT, high",
+               decides(mirror, Grip::precision, Transport::above, Goal::high), goal());
   const TrialResult unready = run_trial(network, {.shown = grip_only, .task = kNoTask});
   bool only_sts = unready.site(Layer::sts_grip) == 1;
   for (const Layer layer : kAllLayers) {
     only_sts = only_sts && (layer == Layer::sts_grip || std::isnan(unready.onset(layer)));
   }
-  report.rows.push_back(holds("control, no task input: nothing but STS becomes active", only_sts,
-                              prototype("fields.md")));
+  report.holds("control, no task input: nothing but STS becomes active", only_sts,
+               prototype("fields.md"));
   FieldNetwork<double> novice(load_network());
   const TrialResult untrained = run_trial(novice, {.shown = grip_only});
-  report.rows.push_back(
-      holds("control, never practised: no goal is inferred",
-            std::isnan(untrained.onset(Layer::pfc)) && !untrained.decision.settled, goal()));
+  report.holds("control, never practised: no goal is inferred",
+               std::isnan(untrained.onset(Layer::pfc)) && !untrained.decision.settled, goal());
   plot(report, dir, "fig-2.20", "Fig. 2.20: only the full grip was seen; the low goal is inferred",
        seen);
   return report;
@@ -80,35 +67,31 @@ Report override_means(const PlotDir& dir) {
   const Demonstration shown{.grip = Grip::full, .transport = Transport::above, .goal = Goal::high};
   const Recording seen = record(network, {.shown = shown});
   const TrialResult& r = seen.result;
-  report.rows.push_back(holds(
+  report.holds(
       "order PFC, PF, STS",
       r.onset(Layer::pfc) < r.onset(Layer::pf) && r.onset(Layer::pf) < r.onset(Layer::sts_grip),
-      published("M18 2.4.3: the goal is processed faster")));
-  report.rows.push_back(
-      holds("STS saw the full grip", r.site(Layer::sts_grip) == 1, published("M18 fig. 2.21")));
-  report.rows.push_back(holds("decision: PG, AT, high",
-                              decides(r, Grip::precision, Transport::above, Goal::high),
-                              published("M18 fig. 2.21")));
-  report.rows.push_back(at_most("highest activity of FG in F5", seen.highest_at(Layer::f5_grip, 1),
-                                0.0, "1", "the grip that was seen is never even begun"));
+      published("M18 2.4.3: the goal is processed faster"));
+  report.holds("STS saw the full grip", r.site(Layer::sts_grip) == 1, published("M18 fig. 2.21"));
+  report.holds("decision: PG, AT, high", decides(r, Grip::precision, Transport::above, Goal::high),
+               published("M18 fig. 2.21"));
+  report.at_most("highest activity of FG in F5", seen.highest_at(Layer::f5_grip, 1), 0.0, "1",
+                 "the grip that was seen is never even begun");
 
   FieldNetwork<double> lesioned = practised<double>({}, Practice::lesioned);
   const TaskInput no_habit{.means = 0.0};
   const Recording lesion = record(lesioned, {.shown = shown, .task = no_habit});
   const Sites copied = {1, 0, kFgAt, 1, 0, 0, -1};
-  report.rows.push_back(holds("lesion of PFC->PF: PF holds FG-AT, F5 copies FG and AT",
-                              sites_of(lesion.result) == copied, prototype("fields.md")));
-  report.rows.push_back(holds("control, links whole and no habit: PF holds PG-AT, F5 PG and AT",
-                              sites_of(run_trial(network, {.shown = shown, .task = no_habit})) ==
-                                  Sites{1, 0, kPgAt, 0, 0, 0, -1},
-                              goal()));
+  report.holds("lesion of PFC->PF: PF holds FG-AT, F5 copies FG and AT",
+               sites_of(lesion.result) == copied, prototype("fields.md"));
+  report.holds("control, links whole and no habit: PF holds PG-AT, F5 PG and AT",
+               sites_of(run_trial(network, {.shown = shown, .task = no_habit})) ==
+                   Sites{1, 0, kPgAt, 0, 0, 0, -1},
+               goal());
   plot(report, dir, "fig-2.21",
        "Fig. 2.21: full grip seen on the way to the high goal; precision grip decided", seen);
-  if (dir) {
-    report.plots.push_back(*dir / "fig-2.21-lesion.png");
-    plot_snapshot(report.plots.back(), "Fig. 2.21, lesion of PFC->PF: the full grip is copied",
-                  lesion);
-  }
+  if (dir)
+    plot_snapshot(report.picture(*dir / "fig-2.21-lesion.png"),
+                  "Fig. 2.21, lesion of PFC->PF: the full grip is copied", lesion);
   return report;
 }
 
@@ -125,36 +108,31 @@ Report test_plan(const PlotDir& dir) {
   for (std::size_t i = 0; i < copied.time_s.size() && copied.time_s[i] < kPlanned_s; ++i) {
     before_plan = std::max(before_plan, copied.max_u[index(Layer::pf)][i]);
   }
-  report.rows.push_back(at_most("before the test plan: most active neuron of PF", before_plan,
-                                published(0.0, "M18 2.4.3: STS sends subthreshold input"), "1",
-                                "u_TH"));
-  report.rows.push_back(holds("the decision falls after the test plan, before the goal is seen",
-                              r.onset(Layer::pf) > kPlanned_s && r.onset(Layer::pf) < kPlaced_s,
-                              published("M18 2.4.3")));
-  report.rows.push_back(holds("left column, no test plan: PG and AT, the preferred strategy",
-                              sites_of(preferred.result) == Sites{1, -1, kPgAt, 0, 0, 0, -1},
-                              published("M18 fig. 2.22")));
-  report.rows.push_back(holds("right column, test plan for FG, AT: FG and AT, high goal",
-                              sites_of(r) == Sites{1, -1, kFgAt, 1, 0, 0, -1},
-                              published("M18 fig. 2.22")));
-  report.rows.push_back(
-      holds("had the test plan found FG, BT: FG and BT",
-            sites_of(run_trial(network, dialogue(full_below))) == Sites{1, -1, kFgBt, 1, 1, 0, -1},
-            goal()));
+  report.at_most("before the test plan: most active neuron of PF", before_plan,
+                 published(0.0, "M18 2.4.3: STS sends subthreshold input"), "1", "u_TH");
+  report.holds("the decision falls after the test plan, before the goal is seen",
+               r.onset(Layer::pf) > kPlanned_s && r.onset(Layer::pf) < kPlaced_s,
+               published("M18 2.4.3"));
+  report.holds("left column, no test plan: PG and AT, the preferred strategy",
+               sites_of(preferred.result) == Sites{1, -1, kPgAt, 0, 0, 0, -1},
+               published("M18 fig. 2.22"));
+  report.holds("right column, test plan for FG, AT: FG and AT, high goal",
+               sites_of(r) == Sites{1, -1, kFgAt, 1, 0, 0, -1}, published("M18 fig. 2.22"));
+  report.holds(
+      "had the test plan found FG, BT: FG and BT",
+      sites_of(run_trial(network, dialogue(full_below))) == Sites{1, -1, kFgBt, 1, 1, 0, -1},
+      goal());
   FieldNetwork<double> cut = familiar();
   cut.cut("F5g->PF");
   cut.cut("F5t->PF");
-  report.rows.push_back(holds("control, F5->PF cut: the test plan does not reach PF",
-                              run_trial(cut, dialogue(full_above)).site(Layer::pf) == kPgAt,
-                              goal()));
+  report.holds("control, F5->PF cut: the test plan does not reach PF",
+               run_trial(cut, dialogue(full_above)).site(Layer::pf) == kPgAt, goal());
   if (dir) {
-    report.plots.push_back(*dir / "fig-2.22.png");
-    plot_snapshot(report.plots.back(),
+    plot_snapshot(report.picture(*dir / "fig-2.22.png"),
                   "Fig. 2.22, right: a test plan for FG, AT lets the robot copy the grip", copied);
-    report.plots.push_back(*dir / "fig-2.22-left.png");
-    plot_snapshot(report.plots.back(), "Fig. 2.22, left: the preferred strategy", preferred);
-    report.plots.push_back(*dir / "fig-2.22-time.png");
-    plot_courses(report.plots.back(),
+    plot_snapshot(report.picture(*dir / "fig-2.22-left.png"),
+                  "Fig. 2.22, left: the preferred strategy", preferred);
+    plot_courses(report.picture(*dir / "fig-2.22-time.png"),
                  "Fig. 2.22: grasp at 0 ms, test plan at 300 ms, goal seen at 800 ms", copied,
                  -0.05, 1.3);
   }
@@ -164,21 +142,12 @@ Report test_plan(const PlotDir& dir) {
 }  // namespace
 
 void add_inference_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-2.20",
-                "The goal is inferred from the grip alone",
-                "M18",
-                {.published = 3, .prototype = 1, .goal = 3},
-                inference});
-  to.push_back({"fig-2.21",
-                "The goal overrides the means that were seen",
-                "M18",
-                {.published = 3, .prototype = 1, .goal = 2},
-                override_means});
-  to.push_back({"fig-2.22",
-                "A test plan of the planner decides whether the grip is copied",
-                "M18",
-                {.published = 4, .goal = 2},
-                test_plan});
+  to.emplace_back("fig-2.20", "The goal is inferred from the grip alone", "M18",
+                  Declared{.published = 3, .prototype = 1, .goal = 3}, inference);
+  to.emplace_back("fig-2.21", "The goal overrides the means that were seen", "M18",
+                  Declared{.published = 3, .prototype = 1, .goal = 2}, override_means);
+  to.emplace_back("fig-2.22", "A test plan of the planner decides whether the grip is copied",
+                  "M18", Declared{.published = 4, .goal = 2}, test_plan);
 }
 
 }  // namespace mimesis::cognition

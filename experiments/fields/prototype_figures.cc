@@ -5,10 +5,7 @@
 namespace mimesis::cognition {
 namespace {
 
-using reproduce::near;
-using reproduce::prototype;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 /// Our network takes the decisions at the times that an independent program measured.
 Report times(const PlotDir&) {
@@ -16,8 +13,7 @@ Report times(const PlotDir&) {
   Report report;
   const NetworkSpec p = load_network("prototype_fields.yaml");
   const auto row = [&](const std::string& what, double onset_s, double reference_ms) {
-    report.rows.push_back(
-        near(what, 1000 * onset_s, prototype(reference_ms, "fields.md"), kTolerance_ms, "ms"));
+    report.near(what, 1000 * onset_s, prototype(reference_ms, "fields.md"), kTolerance_ms, "ms");
   };
   FieldNetwork<double> network(p);
   rehearse(network, task::parse_demonstration("precision,above,high"));
@@ -31,9 +27,8 @@ Report times(const PlotDir&) {
   row("2.21: PFC decides for the high goal", over.result.onset(Layer::pfc), 24);
   row("2.21: PF decides for PG-AT", over.result.onset(Layer::pf), 40);
   row("2.21: STS holds the full grip", over.result.onset(Layer::sts_grip), 49);
-  report.rows.push_back(near("2.21: highest activity of FG in F5",
-                             over.highest_at(Layer::f5_grip, 1), prototype(-1.44, "fields.md"), 0.1,
-                             "1"));
+  report.near("2.21: highest activity of FG in F5", over.highest_at(Layer::f5_grip, 1),
+              prototype(-1.44, "fields.md"), 0.1, "1");
   FieldNetwork<double> both(p);
   for (int s = 0; s < 2; ++s) {
     both.install("PF->PFC", s, s);
@@ -53,11 +48,9 @@ Report times(const PlotDir&) {
 }  // namespace
 
 void add_prototype_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fields-prototype",
-                "Times of decisions with the constants of an independent program",
-                "own",
-                {.prototype = 14},
-                times});
+  to.emplace_back("fields-prototype",
+                  "Times of decisions with the constants of an independent program", "own",
+                  Declared{.prototype = 14}, times);
 }
 
 }  // namespace mimesis::cognition

@@ -10,12 +10,7 @@
 namespace mimesis::cognition {
 namespace {
 
-using reproduce::at_least;
-using reproduce::Bound;
-using reproduce::goal;
-using reproduce::near;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 /// How many of 100 sets of gains keep each figure, when every gain varies by itself. The constants
 /// were chosen with other seeds (above 5000).
@@ -35,8 +30,8 @@ Report jitter(const PlotDir&) {
     }
     const std::string by = std::to_string(std::lround(100 * spread)) + " %, ";
     for (const auto& [figure, sets] : kept) {
-      report.rows.push_back(at_least(by + (figure == "all" ? "all figures" : "fig. " + figure),
-                                     sets, Bound(least), "1", "sets of 100 that hold"));
+      report.at_least(by + (figure == "all" ? "all figures" : "fig. " + figure), sets, Bound(least),
+                      "1", "sets of 100 that hold");
     }
   }
   return report;
@@ -123,8 +118,8 @@ Report sensitivity(const PlotDir&) {
       const auto& expected = kDiffering[v][c];
       const std::string what = std::string(kViews[v].name) + ", " + kChanges[c].name + ": other ";
       const char* why = "of eight demonstrations; a change of the table must be meant";
-      report.rows.push_back(near(what + "means", means, goal(expected[0]), 0.0, "1", why));
-      report.rows.push_back(near(what + "goal", goals, goal(expected[1]), 0.0, "1", why));
+      report.near(what + "means", means, goal(expected[0]), 0.0, "1", why);
+      report.near(what + "goal", goals, goal(expected[1]), 0.0, "1", why);
     }
   }
   return report;
@@ -167,20 +162,20 @@ Report task(const PlotDir&) {
                                 {3, "of probability 0.2"},
                                 {4, "not of the task"}}) {
     const double onset_s = goal_onset_s(goals[static_cast<std::size_t>(i)], 1.0);
-    report.rows.push_back(at_least(std::string("onset of PFC, goal ") + name, 1000.0 * onset_s,
-                                   1000.0 * before_s + 0.5, "ms",
-                                   "what is expected is faster: later than the row above"));
+    report.at_least(std::string("onset of PFC, goal ") + name, 1000.0 * onset_s,
+                    1000.0 * before_s + 0.5, "ms",
+                    "what is expected is faster: later than the row above");
     before_s = onset_s;
   }
-  report.rows.push_back(holds(
+  report.holds(
       "a glimpse (confidence 0.2) is enough for a goal of 0.9, not of 0.1",
       goal_onset_s({"high=0.9", "low"}, 0.2) > 0.0 && goal_onset_s({"high=0.1", "low"}, 0.2) < 0.0,
-      goal()));
+      goal());
   for (const auto& [order_s, alike] :
        {std::pair{0.005, 8}, {0.01, 6}, {0.02, 6}, {0.03, 6}, {0.04, 4}, {0.06, 4}}) {
-    report.rows.push_back(near(fmt::format("{:.0f} ms apart: decided alike", 1000.0 * order_s),
-                               decided_alike(order_s), goal(alike), 0.0, "1",
-                               "of eight demonstrations; a change must be meant"));
+    report.near(fmt::format("{:.0f} ms apart: decided alike", 1000.0 * order_s),
+                decided_alike(order_s), goal(alike), 0.0, "1",
+                "of eight demonstrations; a change must be meant");
   }
   return report;
 }
@@ -188,23 +183,14 @@ Report task(const PlotDir&) {
 }  // namespace
 
 void add_robustness_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fields-jitter",
-                "How many of 100 sets of jittered gains keep the decisions of the figures",
-                "own",
-                {.goal = 18},
-                jitter,
-                {},
-                2.0});
-  to.push_back({"fields-sensitivity",
-                "Which symbols of a demonstration the decisions depend on",
-                "own",
-                {.goal = 70},
-                sensitivity});
-  to.push_back({"fields-task",
-                "What the task leads to expect, and what the order in time decides",
-                "own",
-                {.goal = 12},
-                task});
+  to.emplace_back("fields-jitter",
+                  "How many of 100 sets of jittered gains keep the decisions of the figures", "own",
+                  Declared{.goal = 18}, jitter, 2.0);
+  to.emplace_back("fields-sensitivity", "Which symbols of a demonstration the decisions depend on",
+                  "own", Declared{.goal = 70}, sensitivity);
+  to.emplace_back("fields-task",
+                  "What the task leads to expect, and what the order in time decides", "own",
+                  Declared{.goal = 12}, task);
 }
 
 }  // namespace mimesis::cognition

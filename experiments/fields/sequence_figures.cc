@@ -1,12 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <numeric>
 #include <random>
 #include <sstream>
 
 #include "common/plot/gnuplot.h"
 #include "experiments/fields/figures.h"
+#include "experiments/harness/statistics.h"
 #include "nodes/cognition/field_network.h"
 #include "nodes/cognition/network_file.h"
 
@@ -14,15 +13,7 @@ namespace mimesis::cognition {
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::prototype;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kFieldStep_s = 0.002, kInput_s = 0.06, kMiddle = 32.0;
 constexpr std::size_t kN = 64;
@@ -135,35 +126,31 @@ Report chain(const PlotDir& dir) {
   const auto top = std::ranges::max_element(alone);
   const double rise = 1000.0 * kFieldStep_s * static_cast<double>(top - alone.begin() + 1);
   const auto low = std::find_if(top, alone.end(), [&](double u) { return u < 0.1 * *top; });
-  report.rows.push_back(near("from firing to the peak", rise - onset_ms(alone),
-                             published(50.0, "M18 2.5: 40-60 ms"), 10.0, "ms"));
-  report.rows.push_back(near("from the peak to a tenth of it",
-                             1000.0 * kFieldStep_s * static_cast<double>(low - top),
-                             published(250.0, "M18 2.5: 200-300 ms"), 50.0, "ms"));
-  report.rows.push_back(near("control, no inhibition: activity after 500 ms", response(0.0)[249],
-                             prototype(7.5, "fields.md"), 0.1, "1"));
+  report.near("from firing to the peak", rise - onset_ms(alone),
+              published(50.0, "M18 2.5: 40-60 ms"), 10.0, "ms");
+  report.near("from the peak to a tenth of it",
+              1000.0 * kFieldStep_s * static_cast<double>(low - top),
+              published(250.0, "M18 2.5: 200-300 ms"), 50.0, "ms");
+  report.near("control, no inhibition: activity after 500 ms", response(0.0)[249],
+              prototype(7.5, "fields.md"), 0.1, "1");
 
   Chain trained(3, 7.0, kGain), naive(3, 7.0, kGain);
   trained.train(kDelay_s, 10);
   const auto replay = trained.replay(0, 1.0);
-  report.rows.push_back(
-      holds("from A alone: A, then B, then C",
-            onset_ms(replay[0]) < onset_ms(replay[1]) && onset_ms(replay[1]) < onset_ms(replay[2]),
-            published("M18 fig. 2.25")));
-  report.rows.push_back(
-      holds("each answer is transient: all below 0 in the end",
-            std::ranges::all_of(replay, [](const auto& course) { return course.back() < 0.0; }),
-            published("M18 2.5")));
+  report.holds(
+      "from A alone: A, then B, then C",
+      onset_ms(replay[0]) < onset_ms(replay[1]) && onset_ms(replay[1]) < onset_ms(replay[2]),
+      published("M18 fig. 2.25"));
+  report.holds("each answer is transient: all below 0 in the end",
+               std::ranges::all_of(replay, [](const auto& course) { return course.back() < 0.0; }),
+               published("M18 2.5"));
   const auto backwards = trained.replay(2, 1.0), before = naive.replay(0, 1.0);
-  report.rows.push_back(
-      holds("control, from C alone: nothing else answers",
-            std::isnan(onset_ms(backwards[0])) && std::isnan(onset_ms(backwards[1])), goal()));
-  report.rows.push_back(holds("control, before learning: nothing but A answers",
-                              std::isnan(onset_ms(before[1])) && std::isnan(onset_ms(before[2])),
-                              goal()));
+  report.holds("control, from C alone: nothing else answers",
+               std::isnan(onset_ms(backwards[0])) && std::isnan(onset_ms(backwards[1])), goal());
+  report.holds("control, before learning: nothing but A answers",
+               std::isnan(onset_ms(before[1])) && std::isnan(onset_ms(before[2])), goal());
   if (!dir) return report;
-  report.plots.push_back(*dir / "fig-2.25.png");
-  plot::plot_png(report.plots.back(), 760, 420,
+  plot::plot_png(report.picture(*dir / "fig-2.25.png"), 760, 420,
                  {rows_of("A", replay[0]), rows_of("B", replay[1]), rows_of("C", replay[2])},
                  "set title 'Fig. 2.25: a learned chain of three fields, started by A alone' font "
                  "'sans,13'\nset xlabel 'time [ms]'\nset ylabel 'max u'\nset xrange [0:700]\n"
@@ -226,12 +213,6 @@ class TwoInputs {
     p.threshold = 3.0;
     return p;
   }
-  /// Normal deviate by Box and Muller, as std::normal_distribution differs between libraries.
-  double noise() {
-    const auto uniform = [&] { return (static_cast<double>(random_()) + 0.5) / 4294967296.0; };
-    const double radius = std::sqrt(-2.0 * std::log(uniform()));
-    return radius * std::cos(2.0 * std::numbers::pi * uniform());
-  }
   /// Inputs drive the field for 60 ms and are remembered for 250 ms. The highest u of each neuron.
   std::vector<double> present(double a, double b, bool learn) {
     constexpr double kNoise = 0.4, kTrace_s = 0.25, kTrial_s = 0.5;
@@ -239,7 +220,7 @@ class TwoInputs {
     std::vector<double> best(kN, -10.0);
     field_.reset();
     for (long k = 0; k < steps_of(kTrial_s); ++k) {
-      for (double& s : field_.input()) s += learn ? kNoise * noise() : 0.0;
+      for (double& s : field_.input()) s += learn ? kNoise * normal(random_) : 0.0;
       if (k < steps_of(kInput_s)) link_.transmit(shown, field_.input());
       field_.step();
       if (learn) {
@@ -262,20 +243,19 @@ Report separation(const PlotDir& dir) {
   constexpr int kTrials = 200;
   Report report;
   TwoInputs before, merged, separate;
-  report.rows.push_back(near("overlap of the weights before", before.overlap(),
-                             prototype(0.502, "fields.md"), 0.002, "1"));
+  report.near("overlap of the weights before", before.overlap(), prototype(0.502, "fields.md"),
+              0.002, "1");
   merged.train(true, kTrials);
   separate.train(false, kTrials);
-  report.rows.push_back(at_least("overlap after 200 synchronous trials", merged.overlap(), 0.9, "1",
-                                 "merged into one representation (M18 2.5)"));
-  report.rows.push_back(at_most("overlap after 200 asynchronous trials", separate.overlap(), 0.05,
-                                "1", "nearly complete separation (M18 fig. 2.26)"));
-  report.rows.push_back(at_most("merged: distance of the answers to A and B alone",
-                                std::abs(merged.answer(0) - merged.answer(1)), 1.5, "neurons",
-                                "at the same place (M18 2.5)"));
-  report.rows.push_back(at_least("separated: distance of the answers",
-                                 separate.answer(1) - separate.answer(0), 12.0, "neurons",
-                                 "twice the distance of the inputs"));
+  report.at_least("overlap after 200 synchronous trials", merged.overlap(), 0.9, "1",
+                  "merged into one representation (M18 2.5)");
+  report.at_most("overlap after 200 asynchronous trials", separate.overlap(), 0.05, "1",
+                 "nearly complete separation (M18 fig. 2.26)");
+  report.at_most("merged: distance of the answers to A and B alone",
+                 std::abs(merged.answer(0) - merged.answer(1)), 1.5, "neurons",
+                 "at the same place (M18 2.5)");
+  report.at_least("separated: distance of the answers", separate.answer(1) - separate.answer(0),
+                  12.0, "neurons", "twice the distance of the inputs");
   if (!dir) return report;
   report.plots.push_back(*dir / "fig-2.26.png");
   std::ostringstream script;
@@ -316,9 +296,6 @@ constexpr std::array<Asymmetry, 14> kAsymmetries = {{{7, 0, 0.94, 0.94},
                                                      {0, 200, 0.25, 0.51}}};
 
 double correlation(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto mean = [](const std::vector<double>& v) {
-    return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
-  };
   const double mx = mean(x), my = mean(y);
   double xy = 0.0, xx = 0.0, yy = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -343,21 +320,18 @@ Report asymmetry(const PlotDir& dir) {
     }
     std::ostringstream what;
     what << "threshold " << a.threshold << ", " << a.delay_ms << " ms: ";
-    report.rows.push_back(
-        near(what.str() + "A->B", forward, prototype(a.forward, "fields.md"), 0.01, "1"));
-    report.rows.push_back(
-        near(what.str() + "B->A", backward, prototype(a.backward, "fields.md"), 0.01, "1"));
+    report.near(what.str() + "A->B", forward, prototype(a.forward, "fields.md"), 0.01, "1");
+    report.near(what.str() + "B->A", backward, prototype(a.backward, "fields.md"), 0.01, "1");
     if (a.delay_ms == 120.0)
       ratio[a.threshold == 7.0 ? 0 : a.threshold == 5.0 ? 1 : 2] = forward / backward;
   }
-  report.rows.push_back(holds("high threshold: only the forward link grows", ratio[0] > 10.0,
-                              published("M18 fig. 2.27.A")));
-  report.rows.push_back(
-      holds("a lower threshold acts as a shorter delay: learning and forgetting balance",
-            ratio[0] > ratio[1] && ratio[1] > 1.5 && ratio[2] < 1.5, published("M18 fig. 2.27.B")));
+  report.holds("high threshold: only the forward link grows", ratio[0] > 10.0,
+               published("M18 fig. 2.27.A"));
+  report.holds("a lower threshold acts as a shorter delay: learning and forgetting balance",
+               ratio[0] > ratio[1] && ratio[1] > 1.5 && ratio[2] < 1.5,
+               published("M18 fig. 2.27.B"));
   if (!dir) return report;
-  report.plots.push_back(*dir / "fig-2.27.png");
-  plot::plot_png(report.plots.back(), 900, 420, data,
+  plot::plot_png(report.picture(*dir / "fig-2.27.png"), 900, 420, data,
                  "set multiplot layout 1,2\nset xlabel 'delay of B after A [ms]'\nset ylabel "
                  "'largest weight'\nset yrange [0:1]\nset xrange [0:260]\nset key bottom left\n"
                  "set title 'A   threshold 7'\nplot $high using 1:2 with linespoints lt 1 title "
@@ -386,19 +360,18 @@ Report intervals(const PlotDir& dir) {
     const std::string what = threshold > 0.0 ? "high threshold: " : "low threshold: ";
     const double slope = (replayed.back() - replayed.front()) / 150.0;
     if (threshold == 0.0) {
-      report.rows.push_back(at_least(what + "correlation of the intervals, 100 to 250 ms",
-                                     correlation(trained, replayed), 0.9, "1",
-                                     "the interval follows the delay (M18 2.5)"));
+      report.at_least(what + "correlation of the intervals, 100 to 250 ms",
+                      correlation(trained, replayed), 0.9, "1",
+                      "the interval follows the delay (M18 2.5)");
     } else {
-      report.rows.push_back(
-          at_most(what + "correlation of the intervals", correlation(trained, replayed), 0.9, "1",
-                  "strengths are equal up to 200 ms: nothing could tell the delays apart"));
+      report.at_most(what + "correlation of the intervals", correlation(trained, replayed), 0.9,
+                     "1", "strengths are equal up to 200 ms: nothing could tell the delays apart");
     }
-    report.rows.push_back(at_most(what + "growth of the interval per trained ms", slope, 0.3, "1",
-                                  "not the delay itself: an input above threshold ignites a field "
-                                  "within some τ_u, however weak"));
-    report.rows.push_back(holds(what + "a longer delay is never replayed faster",
-                                std::ranges::is_sorted(replayed), published("M18 2.5")));
+    report.at_most(what + "growth of the interval per trained ms", slope, 0.3, "1",
+                   "not the delay itself: an input above threshold ignites a field "
+                   "within some τ_u, however weak");
+    report.holds(what + "a longer delay is never replayed faster", std::ranges::is_sorted(replayed),
+                 published("M18 2.5"));
   }
   if (!dir) return report;
   report.plots.push_back(*dir / "sequence-intervals.png");
@@ -413,26 +386,15 @@ Report intervals(const PlotDir& dir) {
 }  // namespace
 
 void add_sequence_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-2.25",
-                "A learned chain of three transient fields replays its order",
-                "M18",
-                {.published = 4, .prototype = 1, .goal = 2},
-                chain});
-  to.push_back({"fig-2.26",
-                "Shunted learning merges what comes together, and separates what does not",
-                "M18",
-                {.prototype = 1, .goal = 4},
-                separation});
-  to.push_back({"fig-2.27",
-                "The shunting threshold decides how an order in time is learned",
-                "M18",
-                {.published = 2, .prototype = 28},
-                asymmetry});
-  to.push_back({"sequence-intervals",
-                "Intervals in the replay of a learned sequence",
-                "own",
-                {.published = 2, .goal = 4},
-                intervals});
+  to.emplace_back("fig-2.25", "A learned chain of three transient fields replays its order", "M18",
+                  Declared{.published = 4, .prototype = 1, .goal = 2}, chain);
+  to.emplace_back("fig-2.26",
+                  "Shunted learning merges what comes together, and separates what does not", "M18",
+                  Declared{.prototype = 1, .goal = 4}, separation);
+  to.emplace_back("fig-2.27", "The shunting threshold decides how an order in time is learned",
+                  "M18", Declared{.published = 2, .prototype = 28}, asymmetry);
+  to.emplace_back("sequence-intervals", "Intervals in the replay of a learned sequence", "own",
+                  Declared{.published = 2, .goal = 4}, intervals);
 }
 
 }  // namespace mimesis::cognition

@@ -1,22 +1,11 @@
 #include "experiments/fields/situations.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <numbers>
+
+#include "experiments/harness/statistics.h"
 
 namespace mimesis::cognition {
-namespace {
-
-/// Normal deviate by Box and Muller: std::normal_distribution differs between libraries.
-double normal(std::mt19937& random) {
-  const auto uniform = [&] { return (static_cast<double>(random()) + 0.5) / 4294967296.0; };
-  const double radius = std::sqrt(-2.0 * std::log(uniform()));
-  return radius * std::cos(2.0 * std::numbers::pi * uniform());
-}
-
-}  // namespace
-
 std::vector<std::vector<double*>> Constants::gains() {
   const auto links = [this](std::initializer_list<const char*> names) {
     std::vector<double*> all;
@@ -78,84 +67,47 @@ std::vector<Situation> situations() {
   constexpr Sites kSilent = {-1, -1, -1, -1, -1, -1, -1};
   using enum Practice;
   std::vector<Situation> all;
+  const auto add = [&](std::string figure, std::string what, Practice practice, Trial trial,
+                       const Sites& expected) {
+    all.push_back({std::move(figure), std::move(what), practice, std::move(trial), expected});
+  };
   for (const Practice practice : {none, familiar}) {
     const std::string who = practice == none ? "novice: " : "familiar: ";
-    all.push_back({"2.17",
-                   who + "PG, AT, high copied",
-                   practice,
-                   copied("precision,above,high"),
-                   {0, 0, kPgAt, 0, 0, 0, -1}});
-    all.push_back({"2.18",
-                   who + "FG, BT, low copied",
-                   practice,
-                   copied("full,below,low"),
-                   {1, 1, kFgBt, 1, 1, 1, -1}});
-    all.push_back(
-        {"2.17", who + "task input alone decides nothing", practice, {.task = task}, kSilent});
+    add("2.17", who + "PG, AT, high copied", practice, copied("precision,above,high"),
+        {0, 0, kPgAt, 0, 0, 0, -1});
+    add("2.18", who + "FG, BT, low copied", practice, copied("full,below,low"),
+        {1, 1, kFgBt, 1, 1, 1, -1});
+    add("2.17", who + "task input alone decides nothing", practice, {.task = task}, kSilent);
   }
-  all.push_back({"2.17",
-                 "novice: PG, AT, low copied",
-                 none,
-                 copied("precision,above,low"),
-                 {0, 0, kPgAt, 0, 0, 1, -1}});
-  all.push_back({"2.19",
-                 "strong expectation: the preferred means",
-                 both_means,
-                 copied("full,below,high"),
-                 {1, 1, kPgAt, 0, 0, 0, -1}});
-  all.push_back({"2.19",
-                 "no expectation: the means shown",
-                 both_means,
-                 {.shown = task::parse_demonstration("full,below,high"), .task = no_expectation},
-                 {1, 1, kFgBt, 1, 1, 0, -1}});
-  all.push_back({"2.20",
-                 "FG alone: low inferred",
-                 familiar,
-                 {.shown = full, .task = task},
-                 {1, -1, kFgBt, 1, 1, 1, -1}});
-  all.push_back({"2.20",
-                 "PG alone: high inferred",
-                 familiar,
-                 {.shown = {.grip = Grip::precision}, .task = task},
-                 {0, -1, kPgAt, 0, 0, 0, -1}});
-  all.push_back({"2.20",
-                 "FG alone, no expectation: nothing",
-                 familiar,
-                 {.shown = full, .task = kNoTask},
-                 {1, -1, -1, -1, -1, -1, -1}});
-  all.push_back({"2.21",
-                 "FG, AT, high: PG instead",
-                 familiar,
-                 copied("full,above,high"),
-                 {1, 0, kPgAt, 0, 0, 0, -1}});
-  all.push_back({"2.21",
-                 "lesion of PFC->PF: FG copied",
-                 lesioned,
-                 {.shown = task::parse_demonstration("full,above,high"), .task = no_habit},
-                 {1, 0, kFgAt, 1, 0, 0, -1}});
-  all.push_back({"2.22",
-                 "no test plan: the preferred means",
-                 familiar,
-                 dialogue({}),
-                 {1, -1, kPgAt, 0, 0, 0, -1}});
-  all.push_back({"2.22",
-                 "a test plan for FG, AT: the grip copied",
-                 familiar,
-                 dialogue(full_above),
-                 {1, -1, kFgAt, 1, 0, 0, -1}});
+  add("2.17", "novice: PG, AT, low copied", none, copied("precision,above,low"),
+      {0, 0, kPgAt, 0, 0, 1, -1});
+  add("2.19", "strong expectation: the preferred means", both_means, copied("full,below,high"),
+      {1, 1, kPgAt, 0, 0, 0, -1});
+  add("2.19", "no expectation: the means shown", both_means,
+      {.shown = task::parse_demonstration("full,below,high"), .task = no_expectation},
+      {1, 1, kFgBt, 1, 1, 0, -1});
+  add("2.20", "FG alone: low inferred", familiar, {.shown = full, .task = task},
+      {1, -1, kFgBt, 1, 1, 1, -1});
+  add("2.20", "PG alone: high inferred", familiar,
+      {.shown = {.grip = Grip::precision}, .task = task}, {0, -1, kPgAt, 0, 0, 0, -1});
+  add("2.20", "FG alone, no expectation: nothing", familiar, {.shown = full, .task = kNoTask},
+      {1, -1, -1, -1, -1, -1, -1});
+  add("2.21", "FG, AT, high: PG instead", familiar, copied("full,above,high"),
+      {1, 0, kPgAt, 0, 0, 0, -1});
+  add("2.21", "lesion of PFC->PF: FG copied", lesioned,
+      {.shown = task::parse_demonstration("full,above,high"), .task = no_habit},
+      {1, 0, kFgAt, 1, 0, 0, -1});
+  add("2.22", "no test plan: the preferred means", familiar, dialogue({}),
+      {1, -1, kPgAt, 0, 0, 0, -1});
+  add("2.22", "a test plan for FG, AT: the grip copied", familiar, dialogue(full_above),
+      {1, -1, kFgAt, 1, 0, 0, -1});
   for (const int s : {0, 1}) {
     const int pf = s == 0 ? kPgAt : kFgBt;
     const Sites both = {-1, -1, pf, s, s, s, s};
-    all.push_back({"2.23",
-                   s == 0 ? "light: high" : "dark: low",
-                   colors,
-                   {.shown = {.color = static_cast<Color>(s + 1)}, .task = task},
-                   both});
-    all.push_back({"2.24",
-                   s == 0 ? "high: light" : "low: dark",
-                   colors,
-                   {.shown = {.goal = static_cast<Goal>(s + 1)}, .task = task},
-                   both});
+    add("2.23", s == 0 ? "light: high" : "dark: low", colors,
+        {.shown = {.color = static_cast<Color>(s + 1)}, .task = task}, both);
+    add("2.24", s == 0 ? "high: light" : "low: dark", colors,
+        {.shown = {.goal = static_cast<Goal>(s + 1)}, .task = task}, both);
   }
   return all;
 }
@@ -192,7 +144,7 @@ std::vector<std::string> figures_that_hold(const Constants& constants) {
 Constants jittered(Constants constants, unsigned seed, double spread) {
   std::mt19937 random(seed);
   for (const auto& kind : constants.gains()) {
-    const double factor = 1.0 + spread * normal(random);
+    const double factor = 1.0 + spread * reproduce::normal(random);
     for (double* gain : kind) *gain *= factor;
   }
   return constants;

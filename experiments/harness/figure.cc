@@ -60,6 +60,29 @@ Row beside(std::string what, double ours, Reference reference, std::string unit,
           "not asserted: " + why};
 }
 
+void Report::near(std::string what, double ours, Reference reference, double tolerance,
+                  std::string unit, std::string why) {
+  rows.push_back(reproduce::near(std::move(what), ours, std::move(reference), tolerance,
+                                 std::move(unit), std::move(why)));
+}
+void Report::holds(std::string what, bool ours, Source source, std::string why) {
+  rows.push_back(reproduce::holds(std::move(what), ours, std::move(source), std::move(why)));
+}
+void Report::at_least(std::string what, double ours, Bound bound, std::string unit,
+                      const std::string& why) {
+  rows.push_back(
+      reproduce::at_least(std::move(what), ours, std::move(bound), std::move(unit), why));
+}
+void Report::at_most(std::string what, double ours, Bound bound, std::string unit,
+                     const std::string& why) {
+  rows.push_back(reproduce::at_most(std::move(what), ours, std::move(bound), std::move(unit), why));
+}
+void Report::beside(std::string what, double ours, Reference reference, std::string unit,
+                    const std::string& why) {
+  rows.push_back(
+      reproduce::beside(std::move(what), ours, std::move(reference), std::move(unit), why));
+}
+
 RowCounts count(const std::vector<Row>& rows) {
   RowCounts counts{};
   for (const Row& row : rows) ++counts[static_cast<std::size_t>(row.reference.origin)];

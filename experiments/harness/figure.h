@@ -83,24 +83,47 @@ struct Report {
   std::vector<Row> rows;
   std::vector<std::filesystem::path> plots;
   bool passed() const;  ///< every row, and at least one
+
+  // Each adds the row of its name.
+  void near(std::string what, double ours, Reference reference, double tolerance, std::string unit,
+            std::string why = {});
+  void holds(std::string what, bool ours, Source source, std::string why = {});
+  void at_least(std::string what, double ours, Bound bound, std::string unit,
+                const std::string& why);
+  void at_most(std::string what, double ours, Bound bound, std::string unit,
+               const std::string& why);
+  void beside(std::string what, double ours, Reference reference, std::string unit,
+              const std::string& why);
+  /// Adds a plot and returns where to draw it.
+  const std::filesystem::path& picture(const std::filesystem::path& png) {
+    return plots.emplace_back(png);
+  }
 };
+
+/// Folder for plots, if they are wanted.
+using PlotDir = std::optional<std::filesystem::path>;
+/// Computes the rows; writes plots into the folder if one is given. @throws std::runtime_error if a
+/// plot cannot be made.
+using Compute = std::function<Report(const PlotDir& plot_dir)>;
 
 /// A figure or table of a publication that we reproduce.
 struct Figure {
-  using PlotDir = std::optional<std::filesystem::path>;
+  Figure(std::string name_, std::string title_, std::string source_, Declared rows_,
+         Compute compute_, double cpu_minutes_ = 0.0)
+      : name(std::move(name_)),
+        title(std::move(title_)),
+        source(std::move(source_)),
+        rows(rows_),
+        compute(std::move(compute_)),
+        cpu_minutes(cpu_minutes_) {}
 
   std::string name;    ///< fig-CHAPTER.NUMBER, table-CHAPTER.NUMBER, or a word
   std::string title;   ///< one line
   std::string source;  ///< M18, M10, M13; own: not of a publication
   Declared rows;       ///< what `compute` returns, known before it runs
-  /// Computes the rows; writes plots into the folder if one is given. @throws std::runtime_error if
-  /// a plot cannot be made.
-  std::function<Report(const PlotDir& plot_dir)> compute;
-  /// Optional: draws the motion as a film into the folder. Returns what to look at. @throws
-  /// std::runtime_error if a picture cannot be written.
-  std::function<std::vector<std::filesystem::path>(const std::filesystem::path& dir)> film{};
+  Compute compute;
   /// CPU time on a processor of 2020, all threads, if it is a minute or more
-  double cpu_minutes = 0.0;
+  double cpu_minutes;
 
   /// compute(), and a row that fails if there are others than declared.
   Report run(const PlotDir& plot_dir) const;

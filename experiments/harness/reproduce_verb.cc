@@ -45,7 +45,6 @@ std::vector<Figure> all_figures() {
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
   std::ranges::move(crowd::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));
-  std::ranges::move(walk::films(), std::back_inserter(all));
   std::ranges::move(sight::figures(), std::back_inserter(all));
   return all;
 }
@@ -53,7 +52,7 @@ std::vector<Figure> all_figures() {
 struct Options {
   std::vector<std::string> names;
   bool list = false, json = false;
-  std::string plot_dir, film_dir;
+  std::string plot_dir;
   double timeout_s = 0.0;
 };
 
@@ -78,19 +77,16 @@ Json to_json(const Row& row) {
   return out;
 }
 
-using Paths = std::vector<std::filesystem::path>;
-
-void print_json(const Figure& figure, const Report& report, const Paths& films, double seconds) {
+void print_json(const Figure& figure, const Report& report, double seconds) {
   Json rows = Json::array(), plots = Json::array();
   for (const Row& row : report.rows) rows.push_back(to_json(row));
   for (const auto& plot : report.plots) plots.push_back(plot.string());
   Json out = {{"name", figure.name}, {"source", figure.source}, {"passed", report.passed()},
               {"rows", rows},        {"plots", plots},          {"seconds", seconds}};
-  for (const auto& film : films) out["films"].push_back(film.string());
   std::cout << out.dump() << std::endl;  // figures may take minutes, and be interrupted
 }
 
-void print_text(const Figure& figure, const Report& report, const Paths& films, double seconds) {
+void print_text(const Figure& figure, const Report& report, double seconds) {
   std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
   Table table({"", "what", "ours", "reference", "tolerance", "unit", "origin", "note"});
   std::vector<std::string> notes;  // notes of several rows appear once
@@ -111,7 +107,6 @@ void print_text(const Figure& figure, const Report& report, const Paths& films, 
     std::cout << "note " << i + 1 << ": " << notes[i] << '\n';
   }
   for (const auto& plot : report.plots) std::cout << "plot: " << plot.string() << '\n';
-  for (const auto& film : films) std::cout << "film: " << film.string() << '\n';
   std::cout << (report.passed() ? "passed" : "FAILED") << ", " << number(seconds) << " s\n";
 }
 
@@ -143,11 +138,6 @@ void print_list(const std::vector<Figure>& all, bool json) {
   std::cout << all.size() << " figures, rows: " << to_text(rows) << '\n';
 }
 
-struct Outcome {
-  Report report;
-  Paths films;
-};
-
 /// Ten minutes, or the time of a figure on one thread of a busy machine.
 double patience_s(const Figure& figure, const Options& options) {
   if (options.timeout_s > 0.0) return options.timeout_s;
@@ -155,21 +145,17 @@ double patience_s(const Figure& figure, const Options& options) {
 }
 
 /// Runs one figure; the process ends with code 3 if that takes longer than allowed.
-Outcome run_within(const Figure& figure, const Options& options) {
+Report run_within(const Figure& figure, const Options& options) {
   std::optional<std::filesystem::path> dir;
   if (!options.plot_dir.empty()) dir = options.plot_dir;
-  auto outcome = std::async(std::launch::async, [&] {
-    Outcome out{figure.run(dir), {}};
-    if (!options.film_dir.empty()) out.films = figure.film(options.film_dir);
-    return out;
-  });
+  auto report = std::async(std::launch::async, [&] { return figure.run(dir); });
   const double patience = patience_s(figure, options);
-  if (outcome.wait_for(std::chrono::duration<double>(patience)) != std::future_status::ready) {
+  if (report.wait_for(std::chrono::duration<double>(patience)) != std::future_status::ready) {
     std::cerr << "reproduce: " << figure.name << " took longer than " << number(patience) << " s\n";
     std::cout.flush();
     std::_Exit(kNotFound);  // a pure computation cannot be asked to stop
   }
-  return outcome.get();
+  return report.get();
 }
 
 int reproduce_all(const Options& options) {
@@ -192,19 +178,14 @@ int reproduce_all(const Options& options) {
                 << "; `mimesis reproduce --list` names all\n";
       return kNotFound;
     }
-    if (!options.film_dir.empty() && !it->film) {
-      std::cerr << "reproduce: " << name << " has no film, expected a figure of a motion\n";
-      return kUsage;
-    }
     chosen.push_back(&*it);
   }
   bool passed = true;
   for (const Figure* figure : chosen) {
     const auto start = std::chrono::steady_clock::now();
-    const auto [report, films] = run_within(*figure, options);
+    const Report report = run_within(*figure, options);
     const double seconds = to_seconds(std::chrono::steady_clock::now() - start);
-    options.json ? print_json(*figure, report, films, seconds)
-                 : print_text(*figure, report, films, seconds);
+    options.json ? print_json(*figure, report, seconds) : print_text(*figure, report, seconds);
     passed = passed && report.passed();
   }
   return passed ? 0 : kFailed;
@@ -220,12 +201,8 @@ void add_reproduce(CLI::App& program, int& exit_code) {
   verb->add_flag("--list", options->list, "Name all reproductions");
   verb->add_option("--plot", options->plot_dir, "Write PNG plots into this folder (needs gnuplot)")
       ->type_name("DIR");
-  verb->add_option("--film", options->film_dir,
-                   "Draw the motion into this folder: a strip of pictures and all frames (PNG)")
-      ->type_name("DIR");
-  verb->add_flag(
-      "--json", options->json,
-      "One object per figure and line: name, source, passed, rows, plots, seconds, films");
+  verb->add_flag("--json", options->json,
+                 "One object per figure and line: name, source, passed, rows, plots, seconds");
   verb->add_option("--timeout", options->timeout_s,
                    "Time limit of a figure in seconds (exit code 3) [600, or ten times the time "
                    "in --list]")

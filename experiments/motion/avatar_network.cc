@@ -156,24 +156,19 @@ Transient come_into_step(const Avatar& leads, const Avatar& follows,
   const Eigen::Index hip = hip_row(follows.model);
   AvatarNetwork leader = leads.network(settings.internal_1_s, 0.0);
   AvatarNetwork follower = follows.network(settings.internal_1_s, settings.offset_rad);
-  GroundedFigure leading(leads.model), following(follows.model);
+  GroundedFigure following(follows.model);
   Transient out;
   std::vector<double> flexion;
   const int samples = static_cast<int>(std::lround(settings.duration_s / Transient::kSample_s));
   for (int s = 0; s < samples; ++s) {
     const Eigen::VectorXd angles = follower.angles();
     following.step(angles, Transient::kSample_s);
-    if (settings.poses) leading.step(leader.angles(), Transient::kSample_s);
     out.instants.push_back(
         observe(s * Transient::kSample_s, leader, follower, distance(cycle, angles) / scale));
     out.instants.back().position_W_m = following.position_W_m();
     out.instants.back().heading_rad =
         following.heading_rad() - follows.drift_rad_s * s * Transient::kSample_s;
     flexion.push_back(angles[hip]);
-    if (settings.poses) {
-      out.follower.push_back(following.pose());
-      out.leader.push_back(leading.pose());
-    }
     for (int i = 0; i < kParts; ++i) {
       follower.follow(leader, settings.external_1_s);
       leader.step();

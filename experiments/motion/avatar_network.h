@@ -36,7 +36,7 @@ class AvatarNetwork {
 
   motion::Pattern pattern_;
   Eigen::MatrixXd cos_, sin_;  ///< cosine and sine of the delays, R×K
-  OscillatorNetwork<VanDerPol> network_;
+  OscillatorNetwork network_;
   std::vector<SourceMap> maps_;
 };
 
@@ -59,7 +59,6 @@ struct TransientSettings {
   double external_1_s = 1.0;  ///< coupling of the leader's oscillator 0 to the follower's
   double offset_rad = 2.0;    ///< the follower's phases at the start; the leader's are 0
   double duration_s = 20.0;
-  bool poses = false;  ///< keep them, of both
 };
 
 /// One instant, every kSample_s.
@@ -75,7 +74,6 @@ struct TransientInstant {
 struct Transient {
   static constexpr double kSample_s = 1.0 / 30.0;
   std::vector<TransientInstant> instants;
-  std::vector<mocap::BodyPose> follower, leader;
   /// Distance of the posture from the gait's own cycle: the least over φ of rms(ξ(t) − ξ_cycle(φ)),
   /// relative to the cycle's rms about its mean; largest of all instants. Zero if the avatar is
   /// only ahead or behind [1].

@@ -16,9 +16,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 using plot::Data;
-using reproduce::at_most;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kGoal = 1.15;
 constexpr int kSources = 5;
@@ -109,10 +107,9 @@ plot 1.15 with lines lc rgb '#2b8c4a' dt 2 lw 2 title 'goal', \
 void add_prototype(Report& report, const char* what, const std::vector<BlendingJerk>& pairs,
                    double happy, double sad) {
   for (const auto& [style, reference] : {std::pair{"happy", happy}, std::pair{"sad", sad}}) {
-    report.rows.push_back(reproduce::near(
-        std::string(what) + ", normal to " + style, pair(pairs, "normal", style).ratio,
-        reproduce::prototype(reference, "motion.md"), 0.35 * reference, "1",
-        "its denominator ('the steady style') is not known exactly"));
+    report.near(std::string(what) + ", normal to " + style, pair(pairs, "normal", style).ratio,
+                prototype(reference, "motion.md"), 0.35 * reference, "1",
+                "its denominator ('the steady style') is not known exactly");
   }
 }
 
@@ -126,26 +123,24 @@ void add_spread(Report& report, const std::string& what, const std::vector<Blend
                 const Bounds& bound, const std::string& why) {
   const Spread s = spread(pairs, &BlendingJerk::ratio, kGoal);
   const BlendingJerk& w = pairs[s.worst_pair];
-  report.rows.push_back(
-      at_most(what + ": worst (" + w.from + " to " + w.to + ")", s.worst, bound.worst, "1", why));
-  report.rows.push_back(at_most(what + ": median", s.median, bound.median, "1", why));
-  report.rows.push_back(at_most(what + ": worst, relative to whole cycles",
-                                spread(pairs, &BlendingJerk::of_cycle, kGoal).worst,
-                                1.05 * bound.worst, "1", "hides what is special to phase 0"));
-  report.rows.push_back(at_most(what + ": worst, relative to the rougher style",
-                                spread(pairs, &BlendingJerk::of_larger, kGoal).worst, bound.worst,
-                                "1", "lets a rough style excuse the change to a smooth one"));
-  report.rows.push_back(at_most(what + ": pairs above 1.15 of " + std::to_string(pairs.size()),
-                                static_cast<double>(pairs.size()) - s.within, bound.above, "1",
-                                "the goal is none"));
+  report.at_most(what + ": worst (" + w.from + " to " + w.to + ")", s.worst, bound.worst, "1", why);
+  report.at_most(what + ": median", s.median, bound.median, "1", why);
+  report.at_most(what + ": worst, relative to whole cycles",
+                 spread(pairs, &BlendingJerk::of_cycle, kGoal).worst, 1.05 * bound.worst, "1",
+                 "hides what is special to phase 0");
+  report.at_most(what + ": worst, relative to the rougher style",
+                 spread(pairs, &BlendingJerk::of_larger, kGoal).worst, bound.worst, "1",
+                 "lets a rough style excuse the change to a smooth one");
+  report.at_most(what + ": pairs above 1.15 of " + std::to_string(pairs.size()),
+                 static_cast<double>(pairs.size()) - s.within, bound.above, "1",
+                 "the goal is none");
 }
 
 Report blending(const PlotDir& dir) {
   Report report;
   if (!std::filesystem::exists(set_file())) {
-    report.rows.push_back(
-        reproduce::holds("recordings are there", false, reproduce::goal(),
-                         set_file().string() + " is absent; MIMESIS_SHARED names the folder"));
+    report.holds("recordings are there", false, goal(),
+                 set_file().string() + " is absent; MIMESIS_SHARED names the folder");
     return report;
   }
   const Learned m = learn(false), closed = learn(true);
@@ -175,10 +170,10 @@ Report blending(const PlotDir& dir) {
     const auto found = std::ranges::find_if(d.rows, [](const auto& r) { return r[2] <= kGoal; });
     return found == d.rows.end() ? 2.0 : (*found)[0];
   };
-  report.rows.push_back(at_most("eq. 3.23: β from which every pair is below 1.15",
-                                narrowest(equation), 0.5, "1", "of those tried; 1/5 is the goal"));
-  report.rows.push_back(at_most("least jerk: the same", narrowest(quintic), 0.3, "1",
-                                "of those tried; 1/5 is the goal"));
+  report.at_most("eq. 3.23: β from which every pair is below 1.15", narrowest(equation), 0.5, "1",
+                 "of those tried; 1/5 is the goal");
+  report.at_most("least jerk: the same", narrowest(quintic), 0.3, "1",
+                 "of those tried; 1/5 is the goal");
   if (dir) {
     report.plots = {*dir / "blending.png", *dir / "blending-width.png"};
     plot_courses(report.plots[0], m);
@@ -190,11 +185,8 @@ Report blending(const PlotDir& dir) {
 }  // namespace
 
 void add_blending_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"blending",
-                "Jerk of transitions between all pairs of recorded styles",
-                "M18",
-                {.prototype = 6, .goal = 22},
-                blending});
+  to.emplace_back("blending", "Jerk of transitions between all pairs of recorded styles", "M18",
+                  Declared{.prototype = 6, .goal = 22}, blending);
 }
 
 }  // namespace mimesis::synthesizer

@@ -13,11 +13,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::Report;
-using Paths = std::vector<std::filesystem::path>;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kLength_s = 80.0;
 const std::vector<std::string> kClips = {"bandai_nc/dataset-1_walk_normal_001.bvh",
@@ -120,7 +116,7 @@ Report folk_dance(const PlotDir& dir) {
       at_most("phase error to the music", n.beat_error_rad, 0.15, "rad", in),
       at_most("phase error between partners", n.couple_error_rad, 0.15, "rad", in),
       at_most("partners apart along the corridor", n.apart_m, 0.25, "m", in),
-      reproduce::near("entrances with the wrong foot", n.wrong_foot, reproduce::goal(0), 0, "1"),
+      near("entrances with the wrong foot", n.wrong_foot, goal(0), 0, "1"),
       at_most("largest phase error at an entrance", n.entrance_error_rad, 0.5, "rad",
               "half a cycle, pi, is the wrong foot"),
       at_least("largest phase difference of partners outside", n.spread_rad, 1.0, "rad",
@@ -129,65 +125,18 @@ Report folk_dance(const PlotDir& dir) {
                "they hurry to be back in time"),
       at_least("least distance between two dancers", n.least_distance_m, 0.45, "m",
                "pelvis to pelvis; shoulders are 0.4 m wide"),
-      at_most("standing feet slide", seen.slide_m_s, reproduce::prototype(0.083, "motion.md"),
-              "m/s", "what feet of recordings do"),
+      at_most("standing feet slide", seen.slide_m_s, prototype(0.083, "motion.md"), "m/s",
+              "what feet of recordings do"),
   };
-  if (dir) {
-    report.plots.push_back(*dir / "fig-3.33.png");
-    plot_dance(report.plots.back(), seen);
-  }
+  if (dir) plot_dance(report.picture(*dir / "fig-3.33.png"), seen);
   return report;
-}
-
-/// Walls of the corridor, low enough to look over.
-void add_walls(FilmFrame& to, const DanceTrack& track) {
-  const double y = track.half_width_m + 0.9 * track.radius_m;
-  for (const double side : {-1.0, 1.0}) {
-    to.boxes.push_back({{0.5 * track.corridor_m, side * y, 0.12},
-                        {0.5 * track.corridor_m, 0.06, 0.12},
-                        0.0,
-                        {205, 196, 180}});
-  }
-}
-
-Paths film_dance(const std::filesystem::path& dir) {
-  if (!absent_clip(kClips).empty()) return {};
-  FolkDance d = dance();
-  const Colour trunks[] = {{176, 58, 46},  {31, 97, 141},  {40, 130, 80},  {160, 110, 30},
-                           {110, 60, 140}, {20, 130, 140}, {150, 70, 100}, {90, 100, 50}};
-  std::vector<FilmFrame> frames;
-  for (int n = 0; d.time_s() < 37.0; ++n) {
-    d.step();
-    if (d.time_s() < 24.0 || n % 6 != 0) continue;  // ten pictures a second
-    FilmFrame frame;
-    for (int i = 0; i < d.size(); ++i) {
-      const Colour& c = trunks[static_cast<std::size_t>(d.dancer(i).couple) % std::size(trunks)];
-      add_body(frame, d.model().body, character_pose(d.model(), d.batch(), i),
-               {.trunk = c, .left = paler(c, 0.3), .right = paler(c, 0.1)});
-    }
-    add_walls(frame, d.track());
-    const double x = 0.5 * d.track().corridor_m;
-    frame.camera = {.eye_m = {x + 12.0, -10.5, 8.5},
-                    .target_m = {x + 0.9, -0.6, 0.3},
-                    .field_of_view_rad = 0.66,
-                    .width_px = 800,
-                    .height_px = 480};
-    frame.label = film_time(d.time_s());
-    frame.grid_m = 1.0;
-    frames.push_back(std::move(frame));
-  }
-  return write_film(frames, dir, "fig-3.33", {.count = 4, .cell_width_px = 720});
 }
 
 }  // namespace
 
 void add_dance_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.33",
-                "a folk dance that organises itself",
-                "M18",
-                {.prototype = 1, .goal = 9},
-                folk_dance,
-                film_dance});
+  to.emplace_back("fig-3.33", "a folk dance that organises itself", "M18",
+                  Declared{.prototype = 1, .goal = 9}, folk_dance);
 }
 
 }  // namespace mimesis::synthesizer

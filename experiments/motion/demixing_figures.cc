@@ -20,13 +20,7 @@ namespace {
 using demix::Mixture;
 using Eigen::Index;
 using mocap::Trials;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::prototype;
-using reproduce::published;
-using reproduce::Report;
-using reproduce::Row;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 std::filesystem::path recordings(const std::string& figure, const char* what) {
   const auto path = shared_data("data/mocap") / what;
@@ -213,10 +207,10 @@ Report quality_against_sources(const PlotDir& dir) {
                "much of the quality is the delays themselves")};
   int components = 0;
   const double equal = c.pca_of_equal_size(4, components);
-  report.rows.push_back(at_least(
+  report.at_least(
       "Q of 4 sources above PCA with " + std::to_string(components) + ", which are as many numbers",
       at(c.free, 4) - equal, 0.0, "1",
-      "free delays are parameters too: the lead is real but smaller"));
+      "free delays are parameters too: the lead is real but smaller");
   if (dir) {
     report.plots.push_back(c.plot(dir, "fig-3.10", "Fig. 3.10: gaits and grafted arm raises"));
   }
@@ -285,16 +279,14 @@ Report four_sources(const PlotDir& dir) {
                5.0, "1", "it is what the raises need")};
   const Eigen::VectorXd energy = m.weights.colwise().squaredNorm().transpose();
   for (Index k = 0; k < energy.size(); ++k) {
-    report.rows.push_back(at_least(
+    report.at_least(
         (k == 0 ? std::string("energy of the ramp") : "energy of source " + std::to_string(k)) +
             ", share of all",
-        energy[k] / energy.sum(), 0.01, "1", "a source that carries nothing is none"));
+        energy[k] / energy.sum(), 0.01, "1", "a source that carries nothing is none");
   }
-  if (dir) {
-    report.plots.push_back(*dir / "fig-3.11.png");
-    plot_sources(report.plots.back(), m.sources, m.fixed,
+  if (dir)
+    plot_sources(report.picture(*dir / "fig-3.11.png"), m.sources, m.fixed,
                  "Fig. 3.11: sources of gaits and arm raises (dashed: not periodic)");
-  }
   return report;
 }
 
@@ -360,25 +352,12 @@ Report accuracy(const PlotDir& dir) {
 }  // namespace
 
 void add_demixing_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.10",
-                "Q against the number of sources, gaits and grafted arm raises",
-                "M18",
-                {.published = 5, .goal = 13},
-                quality_against_sources,
-                {},
-                4});
-  to.push_back({"fig-3.11",
-                "Four sources, one of them not periodic",
-                "M18",
-                {.published = 1, .goal = 8},
-                four_sources});
-  to.push_back({"demixing",
-                "Accuracy on the recorded sets A and B",
-                "M18",
-                {.published = 2, .prototype = 6, .goal = 20},
-                accuracy,
-                {},
-                5});
+  to.emplace_back("fig-3.10", "Q against the number of sources, gaits and grafted arm raises",
+                  "M18", Declared{.published = 5, .goal = 13}, quality_against_sources, 4);
+  to.emplace_back("fig-3.11", "Four sources, one of them not periodic", "M18",
+                  Declared{.published = 1, .goal = 8}, four_sources);
+  to.emplace_back("demixing", "Accuracy on the recorded sets A and B", "M18",
+                  Declared{.published = 2, .prototype = 6, .goal = 20}, accuracy, 5);
 }
 
 }  // namespace mimesis::synthesizer

@@ -2,47 +2,23 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/image/image_file.h"
 #include "experiments/motion/drawer_training.h"
 #include "experiments/motion/figures.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::goal;
-using reproduce::near;
-using reproduce::prototype;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
-using Paths = std::vector<std::filesystem::path>;
-
-constexpr double kFilmEvery = 4;  // steps of 5 ms: 50 pictures a second
-constexpr int kPoses = 12;
-
-void save(const image::Image& picture, const std::filesystem::path& path, Report& report) {
-  if (const auto written = image::write_png(path, picture); !written)
-    throw std::runtime_error(written.error().reason);
-  report.plots.push_back(path);
-}
-
-image::Image poses(const DrawerRun& run) {
-  const auto frames = drawer_film(run, 10);
-  return poses_along_path(frames, kPoses, side_view(frames, 1400, 420));
-}
+using namespace reproduce;
 
 void quality_rows(const DrawerRun& run, const std::string& what, Report& report) {
   const SequenceState& end = run.states.back();
-  report.rows.push_back(near(what + ": distance of the stand", run.final_distance_m,
-                             published(0.6, "M18 3.4.2"), 0.01, "m"));
-  report.rows.push_back(
-      at_most(what + ": hands to handle and object", std::max(end.left_error_m, end.right_error_m),
-              published(0.01, "M18 3.8.3"), "m", "printed for the robot's reaching errors"));
-  report.rows.push_back(at_most(what + ": speed of standing feet", run.foot_speed_m_s,
-                                prototype(0.083, "motion.md"), "m/s",
-                                "recorded feet slide as fast"));
+  report.near(what + ": distance of the stand", run.final_distance_m, published(0.6, "M18 3.4.2"),
+              0.01, "m");
+  report.at_most(what + ": hands to handle and object",
+                 std::max(end.left_error_m, end.right_error_m), published(0.01, "M18 3.8.3"), "m",
+                 "printed for the robot's reaching errors");
+  report.at_most(what + ": speed of standing feet", run.foot_speed_m_s,
+                 prototype(0.083, "motion.md"), "m/s", "recorded feet slide as fast");
 }
 
 // Rows for the errors of the learned mixture, before feet are held and arms reach.
@@ -50,14 +26,13 @@ void mixture_rows(const DrawerRun& run, const std::string& what, Report& report)
   const SequenceState& end = run.states.back();
   const auto stand =
       std::ranges::find_if(run.states, [](const auto& s) { return s.action == kStanding; });
-  report.rows.push_back(at_most(what + ": the mixture alone, left hand as the stand begins",
-                                stand->left_without_m, 0.03, "m",
-                                "then the reach makes up for it"));
-  report.rows.push_back(at_most(what + ": the mixture alone, worse hand at the end",
-                                std::max(end.left_without_m, end.right_without_m), 0.05, "m",
-                                "then the reach makes up for it"));
-  report.rows.push_back(at_most(what + ": correction of the feet, rms", run.foot_correction_m, 0.08,
-                                "m", "then the feet are held"));
+  report.at_most(what + ": the mixture alone, left hand as the stand begins", stand->left_without_m,
+                 0.03, "m", "then the reach makes up for it");
+  report.at_most(what + ": the mixture alone, worse hand at the end",
+                 std::max(end.left_without_m, end.right_without_m), 0.05, "m",
+                 "then the reach makes up for it");
+  report.at_most(what + ": correction of the feet, rms", run.foot_correction_m, 0.08, "m",
+                 "then the feet are held");
 }
 
 // The interval of distances around the published one that n normal cycles and one shortened step
@@ -79,33 +54,32 @@ double drawn_range(int cycles) {
   return cycles * (most[0] - least[0]) + most[1] - least[1];
 }
 
-Report two_distances(const PlotDir& plot_dir) {
+/// From distances that were not trained [M18 fig. 3.37].
+Report two_distances(const PlotDir&) {
   Report report;
   for (const double d : {2.34, 2.45, 2.85, 2.94}) {
     const DrawerRun run = run_drawer(d);
     const std::string what = std::to_string(d).substr(0, 4) + " m";
-    report.rows.push_back(near(what + ": actions", static_cast<double>(run.history.size()),
-                               published(3, "M18 3.7"), 0, "1"));
+    report.near(what + ": actions", static_cast<double>(run.history.size()),
+                published(3, "M18 3.7"), 0, "1");
     quality_rows(run, what, report);
     mixture_rows(run, what, report);
-    if (plot_dir && (d == 2.45 || d == 2.85))
-      save(poses(run), *plot_dir / ("fig-3.37-" + what.substr(0, 4) + "m.png"), report);
   }
   for (const auto& [d, cycles] : {std::pair{3.84, 2}, {4.62, 2}, {5.3, 3}}) {
     const DrawerRun run = run_drawer(d);
     const std::string what = std::to_string(d).substr(0, 4) + " m";
-    report.rows.push_back(near(what + ": normal cycles", run.count(kNormalStep),
-                               d == 5.3 ? published(cycles, "M18 3.7") : goal(cycles), 0, "1"));
+    report.near(what + ": normal cycles", run.count(kNormalStep),
+                d == 5.3 ? published(cycles, "M18 3.7") : goal(cycles), 0, "1");
     quality_rows(run, what, report);
   }
-  report.rows.push_back(near("range of distances with three actions, lengths as drawn",
-                             drawn_range(1), published(0.60, "M18 3.7"), 0.15, "m"));
-  report.rows.push_back(near("range with one more, lengths as drawn", drawn_range(2),
-                             published(0.78, "M18 3.7"), 0.15, "m"));
-  report.rows.push_back(at_least("range with three actions, trained lengths", reachable_range(1),
-                                 published(0.60, "M18 3.7"), "m", "the paces widen it"));
-  report.rows.push_back(at_least("range with one more, trained lengths", reachable_range(2),
-                                 published(0.78, "M18 3.7"), "m", "the paces widen it"));
+  report.near("range of distances with three actions, lengths as drawn", drawn_range(1),
+              published(0.60, "M18 3.7"), 0.15, "m");
+  report.near("range with one more, lengths as drawn", drawn_range(2), published(0.78, "M18 3.7"),
+              0.15, "m");
+  report.at_least("range with three actions, trained lengths", reachable_range(1),
+                  published(0.60, "M18 3.7"), "m", "the paces widen it");
+  report.at_least("range with one more, trained lengths", reachable_range(2),
+                  published(0.78, "M18 3.7"), "m", "the paces widen it");
   double worst = 0.0;
   for (int i = 0; i <= 150; ++i) {
     const double d = 0.7 + 0.05 * i;
@@ -116,8 +90,8 @@ Report two_distances(const PlotDir& plot_dir) {
     }
     worst = std::max(worst, std::abs(end - 0.6));
   }
-  report.rows.push_back(at_most("0.7 to 8.2 m: largest error of the final distance", worst, 0.085,
-                                "m", "what arms and trunk make up for"));
+  report.at_most("0.7 to 8.2 m: largest error of the final distance", worst, 0.085, "m",
+                 "what arms and trunk make up for");
   return report;
 }
 
@@ -126,16 +100,16 @@ SequenceState at_stand(double distance_m) {
   return *std::ranges::find_if(run.states, [](const auto& s) { return s.action == kStanding; });
 }
 
-Report posture_before_stand(const PlotDir& plot_dir) {
+Report posture_before_stand(const PlotDir&) {
   Report report;
   const PlanSettings settings;
   auto second = [&](double d) {
     return (d - settings.final_distance_m) * (1.0 - 2.0 * settings.gamma);
   };
-  report.rows.push_back(near("length of action 2 for the farthest start, 2.94 m", second(2.94),
-                             published(0.53, "M18 fig. 3.38"), 0.015, "m"));
-  report.rows.push_back(near("length of action 2 for the nearest start, 2.34 m", second(2.34),
-                             published(0.39, "M18 fig. 3.38"), 0.015, "m"));
+  report.near("length of action 2 for the farthest start, 2.94 m", second(2.94),
+              published(0.53, "M18 fig. 3.38"), 0.015, "m");
+  report.near("length of action 2 for the nearest start, 2.34 m", second(2.34),
+              published(0.39, "M18 fig. 3.38"), 0.015, "m");
   auto distance = [&](double length) {
     return settings.final_distance_m + length / (1.0 - 2.0 * settings.gamma);
   };
@@ -145,36 +119,21 @@ Report posture_before_stand(const PlotDir& plot_dir) {
   for (int j = 0; j < mocap::kBodyJoints; ++j)
     most = std::max(most, difference.segment<3>(3 * j).norm());
   constexpr double kDegree = 180.0 / 3.14159265358979323846;
-  report.rows.push_back(at_least("largest difference of a joint at the same distance to the drawer",
-                                 most * kDegree, 2.0, "deg", "0 if the step before did not count"));
-  if (plot_dir) {
-    FilmFrame frame;
-    const Colour red{200, 60, 40}, green{50, 140, 70};
-    const mocap::Body& body = drawer_maps().model().body;
-    auto place = [&](SequenceState s, const Colour& c) {
-      s.pelvis_W_m.x() = 0.0;
-      add_body(frame, body, drawer_pose(s),
-               {.trunk = c, .left = c, .right = paler(c, 0.35), .skin = c, .thick = 0.6});
-    };
-    place(far, red);
-    place(near_by, green);
-    frame.label = "red 0.53 m, green 0.39 m";
-    frame.camera = side_view(std::span(&frame, 1), 700, 700);
-    save(draw(frame), *plot_dir / "fig-3.38.png", report);
-  }
+  report.at_least("largest difference of a joint at the same distance to the drawer",
+                  most * kDegree, 2.0, "deg", "0 if the step before did not count");
   return report;
 }
 
 constexpr double kStart = 2.64;
 const std::vector<DrawerJump> kJump = {{1.6, 0.5}};
 
-Report jump(const PlotDir& plot_dir) {
+Report jump(const PlotDir&) {
   Report report;
   const DrawerRun calm = run_drawer(kStart), jumped = run_drawer(kStart, kJump);
-  report.rows.push_back(near("actions without the jump", static_cast<double>(calm.history.size()),
-                             published(3, "M18 3.7"), 0, "1"));
-  report.rows.push_back(near("short steps (type 2) with it", jumped.count(kReachingStep),
-                             published(2, "M18 fig. 3.39"), 0, "1"));
+  report.near("actions without the jump", static_cast<double>(calm.history.size()),
+              published(3, "M18 3.7"), 0, "1");
+  report.near("short steps (type 2) with it", jumped.count(kReachingStep),
+              published(2, "M18 fig. 3.39"), 0, "1");
   quality_rows(jumped, "jump by 0.5 m in action 2", report);
   int followed = 0, all = 0;
   double worst = 0.0;
@@ -185,46 +144,22 @@ Report jump(const PlotDir& plot_dir) {
       followed += run.states.back().refused.empty() && run.states.back().done ? 1 : 0;
       worst = std::max(worst, std::abs(run.final_distance_m - 0.6));
     }
-  report.rows.push_back(near("jumps by 0.2, 0.5, 1 m at any time: share followed",
-                             static_cast<double>(followed) / all, goal(1.0), 0.0, "1"));
-  report.rows.push_back(at_most("their largest error of the final distance", worst, 0.085, "m",
-                                "what arms and trunk make up for"));
-  if (plot_dir) save(poses(jumped), *plot_dir / "fig-3.39.png", report);
+  report.near("jumps by 0.2, 0.5, 1 m at any time: share followed",
+              static_cast<double>(followed) / all, goal(1.0), 0.0, "1");
+  report.at_most("their largest error of the final distance", worst, 0.085, "m",
+                 "what arms and trunk make up for");
   return report;
-}
-
-Paths film_drawer(const DrawerRun& run, const std::filesystem::path& dir, const std::string& name) {
-  const auto frames = drawer_film(run, static_cast<std::size_t>(kFilmEvery));
-  StripOptions strip;
-  strip.count = 8;
-  strip.cell_width_px = 400;
-  return write_film(frames, dir, name, strip);
 }
 
 }  // namespace
 
 void add_drawer_motion_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.37",
-                "walking to a drawer from distances that were not trained",
-                "M18",
-                {.published = 23, .prototype = 7, .goal = 15},
-                two_distances,
-                [](const std::filesystem::path& dir) {
-                  return film_drawer(run_drawer(2.85), dir, "fig-3.37");
-                }});
-  to.push_back({"fig-3.38",
-                "posture before the stand depends on the step before",
-                "M18",
-                {.published = 2, .goal = 1},
-                posture_before_stand});
-  to.push_back({"fig-3.39",
-                "the drawer jumps away during the approach",
-                "M18",
-                {.published = 4, .prototype = 1, .goal = 2},
-                jump,
-                [](const std::filesystem::path& dir) {
-                  return film_drawer(run_drawer(kStart, kJump), dir, "fig-3.39");
-                }});
+  to.emplace_back("fig-3.37", "walking to a drawer from distances that were not trained", "M18",
+                  Declared{.published = 23, .prototype = 7, .goal = 15}, two_distances);
+  to.emplace_back("fig-3.38", "posture before the stand depends on the step before", "M18",
+                  Declared{.published = 2, .goal = 1}, posture_before_stand);
+  to.emplace_back("fig-3.39", "the drawer jumps away during the approach", "M18",
+                  Declared{.published = 4, .prototype = 1, .goal = 2}, jump);
 }
 
 }  // namespace mimesis::synthesizer

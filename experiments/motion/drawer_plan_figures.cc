@@ -16,15 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using plot::Data;
 using plot::plot_png;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::beside;
-using reproduce::closed_form;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 // Linear regression of y on x.
 struct Regression {
@@ -163,56 +155,49 @@ Report planning(const PlotDir& plot_dir) {
   }
   Report report;
   const Regression normal = regression(initial, first), reaching = regression(initial, second);
-  report.rows.push_back(near("put in: R² of action 1's length on the initial distance",
-                             normal.r_squared, closed_form(0.08, "put in, M18 3.3.1"), 1e-6, "1"));
-  report.rows.push_back(near("follows from it: p", normal.p,
-                             closed_form(0.429, "of R² = 0.08 put in and 10 trials, M18 3.3.1"),
-                             0.005, "1"));
+  report.near("put in: R² of action 1's length on the initial distance", normal.r_squared,
+              closed_form(0.08, "put in, M18 3.3.1"), 1e-6, "1");
+  report.near("follows from it: p", normal.p,
+              closed_form(0.429, "of R² = 0.08 put in and 10 trials, M18 3.3.1"), 0.005, "1");
   // what the even distances leave of action 1's length and of the final distance is action 2's
   const double rest = 0.92 * 0.042 * 0.042 + 0.15 * 0.15 * 0.09 * 0.09 + 0.008 * 0.008;
   const double spread = 0.6 * 0.6 * 11.0 / 108.0;  // variance of 10 even distances
   const double slope = 1.0 - std::sqrt(0.08 * 0.042 * 0.042 / spread);
-  report.rows.push_back(near("follows from the lengths put in: R² of action 2's length",
-                             reaching.r_squared,
-                             closed_form(slope * slope * spread / (slope * slope * spread + rest),
-                                         "of what is put in; M18 3.3.1 prints 0.95"),
-                             0.03, "1"));
-  report.rows.push_back(
-      near("put in: nearest start", initial.minCoeff(), closed_form(2.34, "M18 3.7"), 1e-6, "m"));
-  report.rows.push_back(
-      near("put in: farthest start", initial.maxCoeff(), closed_form(2.94, "M18 3.7"), 1e-6, "m"));
-  report.rows.push_back(
-      near("put in: final distance, mean", last.mean(), closed_form(0.6, "M18 3.4.2"), 0.02, "m"));
-  report.rows.push_back(at_most("put in: final distance, largest deviation",
-                                (last.array() - last.mean()).abs().maxCoeff(), 0.05, "m",
-                                "\"almost constant\""));
-  report.rows.push_back(
-      holds("put in: final distance rises with the object's depth",
-            regression(depth, last).slope > 0.0 && regression(depth, last).p < 0.05,
-            closed_form("M18 3.3.1")));
-  report.rows.push_back(
-      near("put in: share of the first step, mean of half of action 1 over D - 0.6 m",
-           (0.5 * first.array() / (initial.array() - 0.6)).mean(), closed_form(0.385, "M18 3.4.2"),
-           0.02, "1"));
+  report.near("follows from the lengths put in: R² of action 2's length", reaching.r_squared,
+              closed_form(slope * slope * spread / (slope * slope * spread + rest),
+                          "of what is put in; M18 3.3.1 prints 0.95"),
+              0.03, "1");
+  report.near("put in: nearest start", initial.minCoeff(), closed_form(2.34, "M18 3.7"), 1e-6, "m");
+  report.near("put in: farthest start", initial.maxCoeff(), closed_form(2.94, "M18 3.7"), 1e-6,
+              "m");
+  report.near("put in: final distance, mean", last.mean(), closed_form(0.6, "M18 3.4.2"), 0.02,
+              "m");
+  report.at_most("put in: final distance, largest deviation",
+                 (last.array() - last.mean()).abs().maxCoeff(), 0.05, "m", "\"almost constant\"");
+  report.holds("put in: final distance rises with the object's depth",
+               regression(depth, last).slope > 0.0 && regression(depth, last).p < 0.05,
+               closed_form("M18 3.3.1"));
+  report.near("put in: share of the first step, mean of half of action 1 over D - 0.6 m",
+              (0.5 * first.array() / (initial.array() - 0.6)).mean(),
+              closed_form(0.385, "M18 3.4.2"), 0.02, "1");
   // whoever puts nothing in must get nothing out, on trials that are left out
   const LearnedWay none = learned_lengths(0.0), peoples = learned_lengths(0.08),
                    strong = learned_lengths(0.8);
   const std::string what = ": held-out R² of action 1's way of the legs, learned from the distance";
-  report.rows.push_back(at_most("R² = 0 put in" + what, none.legs, 0.0, "1",
-                                "1 - errors² / deviations² of trials left out of sources, delays "
-                                "and map: at 0 and below the distance tells nothing"));
-  report.rows.push_back(at_most("R² = 0.08 put in" + what, peoples.legs, 0.08, "1",
-                                "of ten trials nobody can learn more than was put in"));
-  report.rows.push_back(at_least("R² = 0.8 put in" + what, strong.legs, 0.5 * strong.labels, "1",
-                                 "half of what the written lengths give"));
-  report.rows.push_back(beside(
+  report.at_most("R² = 0 put in" + what, none.legs, 0.0, "1",
+                 "1 - errors² / deviations² of trials left out of sources, delays "
+                 "and map: at 0 and below the distance tells nothing");
+  report.at_most("R² = 0.08 put in" + what, peoples.legs, 0.08, "1",
+                 "of ten trials nobody can learn more than was put in");
+  report.at_least("R² = 0.8 put in" + what, strong.legs, 0.5 * strong.labels, "1",
+                  "half of what the written lengths give");
+  report.beside(
       "R² of action 1 as the online plan divides the way", planned_r_squared(),
       published(0.08, "M18 3.3.1, of people"), "1",
       "the rule of M18 3.4.2, (D - 0.6 m) gamma, makes it proportional: people's independence of "
-      "the distance is in the trials and not in the plan"));
-  if (plot_dir) {
-    const auto png = *plot_dir / "fig-3.7.png";
-    plot_png(png, 900, 480, {bars},
+      "the distance is in the trials and not in the plan");
+  if (plot_dir)
+    plot_png(report.picture(*plot_dir / "fig-3.7.png"), 900, 480, {bars},
              "set style data histograms; set style histogram rowstacked\n"
              "set style fill solid 0.85 noborder; set boxwidth 0.7\n"
              "set xlabel 'trial, by initial distance'; set ylabel 'm from the object'\n"
@@ -221,19 +206,14 @@ Report planning(const PlotDir& plot_dir) {
              "'' using 3 lc rgb '#c8371e' title 'standing', "
              "'' using 4 lc rgb '#e8b820' title 'action 2', "
              "'' using 5 lc rgb '#2b8c4a' title 'action 1'\n");
-    report.plots.push_back(png);
-  }
   return report;
 }
 
 }  // namespace
 
 void add_drawer_plan_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.7",
-                "how the way to the drawer is divided (generated trials)",
-                "M18",
-                {.published = 1, .closed_form = 8, .goal = 4},
-                planning});
+  to.emplace_back("fig-3.7", "how the way to the drawer is divided (generated trials)", "M18",
+                  Declared{.published = 1, .closed_form = 8, .goal = 4}, planning);
 }
 
 }  // namespace mimesis::synthesizer

@@ -17,13 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using plot::Data;
 using plot::plot_png;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 // ---- fig. 3.13
 
@@ -103,36 +97,34 @@ Report approximation(const PlotDir& plot_dir) {
       stepwise.rows.push_back({double(k + 2), learn_drawer_model(drawn, {k, 2}).quality_squared});
   }
   Report report;
-  report.rows.push_back(at_least("Q2 of action 1, 3 periodic sources, tied", tied.rows[2][1],
-                                 published(0.956, "M18 3.3.3"), "1",
-                                 "generated trials are simpler than recorded ones"));
-  report.rows.push_back(at_least("the same, each recording left out once",
-                                 held_out_q2(drawn.action[kNormalStep], 3, true),
-                                 tied.rows[2][1] - kLost, "1", kFittedWeights));
-  report.rows.push_back(at_least("Q2 of all actions, 3 + 2 periodic sources, tied",
-                                 stepwise.rows[2][1], published(0.967, "M18 3.3.3"), "1",
-                                 "generated trials are simpler than recorded ones"));
-  report.rows.push_back(at_least("the same, each recording left out once",
-                                 leave_recordings_out(drawn).quality_squared,
-                                 stepwise.rows[2][1] - kLost, "1", kFittedWeights));
-  report.rows.push_back(holds("free delays above PCA at every number of sources", better,
-                              published("M18 fig. 3.13")));
-  report.rows.push_back(at_least("Q2 of all actions, 3 sources, free delays", free.rows[2][1],
-                                 published(components[2], "M18 fig. 3.13"), "1", "PCA with 3"));
-  report.rows.push_back(at_least("the same, each recording left out once",
-                                 held_out_q2(all, 3, false), components[2], "1",
-                                 "PCA with 3, in-sample; weights, means and delays are fitted"));
-  report.rows.push_back(at_least("Q2 of all 40 trials, 3 + 2 sources",
-                                 drawer_maps().model().quality_squared, 0.967, "1",
-                                 "what the motions are made from"));
-  report.rows.push_back(at_least("the same, each recording left out once with its other paces",
-                                 drawer_left_out().quality_squared,
-                                 drawer_maps().model().quality_squared - kLost, "1",
-                                 kFittedWeights));
+  report.at_least("Q2 of action 1, 3 periodic sources, tied", tied.rows[2][1],
+                  published(0.956, "M18 3.3.3"), "1",
+                  "generated trials are simpler than recorded ones");
+  report.at_least("the same, each recording left out once",
+                  held_out_q2(drawn.action[kNormalStep], 3, true), tied.rows[2][1] - kLost, "1",
+                  kFittedWeights);
+  report.at_least("Q2 of all actions, 3 + 2 periodic sources, tied", stepwise.rows[2][1],
+                  published(0.967, "M18 3.3.3"), "1",
+                  "generated trials are simpler than recorded ones");
+  report.at_least("the same, each recording left out once",
+                  leave_recordings_out(drawn).quality_squared, stepwise.rows[2][1] - kLost, "1",
+                  kFittedWeights);
+  report.holds("free delays above PCA at every number of sources", better,
+               published("M18 fig. 3.13"));
+  report.at_least("Q2 of all actions, 3 sources, free delays", free.rows[2][1],
+                  published(components[2], "M18 fig. 3.13"), "1", "PCA with 3");
+  report.at_least("the same, each recording left out once", held_out_q2(all, 3, false),
+                  components[2], "1",
+                  "PCA with 3, in-sample; weights, means and delays are fitted");
+  report.at_least("Q2 of all 40 trials, 3 + 2 sources", drawer_maps().model().quality_squared,
+                  0.967, "1", "what the motions are made from");
+  report.at_least("the same, each recording left out once with its other paces",
+                  drawer_left_out().quality_squared, drawer_maps().model().quality_squared - kLost,
+                  "1", kFittedWeights);
   if (plot_dir) {
     chosen.rows = {{3.0, tied.rows[2][1]}, {5.0, stepwise.rows[2][1]}};
-    const auto png = *plot_dir / "fig-3.13.png";
-    plot_png(png, 800, 520, {free, pca, tied, stepwise, chosen},
+    plot_png(report.picture(*plot_dir / "fig-3.13.png"), 800, 520,
+             {free, pca, tied, stepwise, chosen},
              "set xlabel 'periodic sources'; set ylabel 'Q2'; set key bottom right\n"
              "plot $free using 1:2 with linespoints lt 1 pt 7 title 'anechoic, free delays, all "
              "actions', "
@@ -141,7 +133,6 @@ Report approximation(const PlotDir& plot_dir) {
              "$stepwise using 1:2 with linespoints lt 2 dt 2 pt 7 title 'tied, two more for "
              "actions 2 and 3', "
              "$chosen using 1:2 with points lt 8 pt 6 ps 2.5 title 'chosen'\n");
-    report.plots.push_back(png);
   }
   return report;
 }
@@ -188,21 +179,19 @@ Report sources(const PlotDir& plot_dir) {
   const DrawerModel& small = drawer_maps().model();
   const DrawerModel large = learn_drawer_model(drawer_data(), {4, 3});
   const MatrixXd &s = small.action[0].sources, &l = large.action[0].sources;
-  report.rows.push_back(holds("the non-periodic source falls from 1 to -1",
-                              s(0, 0) == 1.0 && s(0, s.cols() - 1) < -0.999,
-                              published("M18 3.3.3")));
-  report.rows.push_back(near("harmonic of the strongest periodic source",
-                             dominant_harmonic(s.row(1)), reproduce::goal(1), 0, "1"));
+  report.holds("the non-periodic source falls from 1 to -1",
+               s(0, 0) == 1.0 && s(0, s.cols() - 1) < -0.999, published("M18 3.3.3"));
+  report.near("harmonic of the strongest periodic source", dominant_harmonic(s.row(1)), goal(1), 0,
+              "1");
   double jump = 0.0;
   for (Index k = 1; k < s.rows(); ++k)
     jump = std::max(jump, std::abs(s(k, 0) - s(k, s.cols() - 1)));
-  report.rows.push_back(at_most("periodic sources close: largest step over the end", jump, 0.5, "1",
-                                "rms 1, 100 samples"));
-  report.rows.push_back(at_least("Q2 of all actions with 4 + 3 sources", large.quality_squared,
-                                 small.quality_squared, "1", "3 + 2 sources"));
-  if (plot_dir) {
-    const auto png = *plot_dir / "fig-3.14.png";
-    plot_png(png, 1000, 640,
+  report.at_most("periodic sources close: largest step over the end", jump, 0.5, "1",
+                 "rms 1, 100 samples");
+  report.at_least("Q2 of all actions with 4 + 3 sources", large.quality_squared,
+                  small.quality_squared, "1", "3 + 2 sources");
+  if (plot_dir)
+    plot_png(report.picture(*plot_dir / "fig-3.14.png"), 1000, 640,
              {curves("a", s.topRows(4)), curves("b", s.bottomRows(2)), curves("c", l.topRows(5)),
               curves("d", l.bottomRows(3))},
              "set multiplot layout 2,2\nset xlabel 't / T'\nset xzeroaxis\n" +
@@ -210,21 +199,16 @@ Report sources(const PlotDir& plot_dir) {
                  panel("b", 2, false, "b) 2 further ones for actions 2 and 3") +
                  panel("c", 5, true, "c) 4 periodic sources") +
                  panel("d", 3, false, "d) 3 further ones") + "unset multiplot\n");
-    report.plots.push_back(png);
-  }
   return report;
 }
 
 }  // namespace
 
 void add_drawer_source_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.13",
-                "Q2 of the drawer task against the number of sources",
-                "M18",
-                {.published = 4, .goal = 5},
-                approximation});
-  to.push_back(
-      {"fig-3.14", "sources of the drawer task", "M18", {.published = 1, .goal = 3}, sources});
+  to.emplace_back("fig-3.13", "Q2 of the drawer task against the number of sources", "M18",
+                  Declared{.published = 4, .goal = 5}, approximation);
+  to.emplace_back("fig-3.14", "sources of the drawer task", "M18",
+                  Declared{.published = 1, .goal = 3}, sources);
 }
 
 }  // namespace mimesis::synthesizer

@@ -22,6 +22,13 @@ Low lowest(const mocap::Body& body, const mocap::BodyPose& pose, mocap::Side sid
   return heel.z() < toes.z() ? Low{false, heel} : Low{true, toes};
 }
 
+mocap::BodyPose drawer_pose(const SequenceState& state) {
+  return forward_kinematics(
+      drawer_maps().model().body,
+      std::span<const double, mocap::kBodyRows>(state.angle_rad.data(), mocap::kBodyRows),
+      state.pelvis_W_m);
+}
+
 void measure(const SequenceState& before, const SequenceState& now, DrawerRun* run) {
   const double dt = now.time_s - before.time_s;
   const auto a = drawer_pose(before), b = drawer_pose(now);
@@ -33,26 +40,6 @@ void measure(const SequenceState& before, const SequenceState& now, DrawerRun* r
     if (before.stands[side] && now.stands[side] && was.toes == is.toes)
       run->foot_speed_m_s = std::max(run->foot_speed_m_s, (is.p_W - was.p_W).head<2>().norm() / dt);
   }
-}
-
-// A chest of drawers with one of them as far open as its handle says.
-void add_furniture(FilmFrame& to, double front_W_m, const SequenceState& state) {
-  const Drawer& d = drawer_maps().model().drawer;
-  const double wide = 0.30, deep = 0.50, opened = front_W_m - state.handle_W_m.x();
-  const double bottom = d.handle_height_m - 0.10, top = d.handle_height_m + 0.03;
-  auto box = [&](double x0, double x1, double z0, double z1, const Colour& colour) {
-    to.boxes.push_back({{0.5 * (x0 + x1), 0.0, 0.5 * (z0 + z1)},
-                        {0.5 * (x1 - x0), wide, 0.5 * (z1 - z0)},
-                        0.0,
-                        colour});
-  };
-  const Colour wood{196, 170, 136}, front{158, 120, 82};
-  box(front_W_m + 0.02, front_W_m + deep, 0.0, bottom, wood);
-  box(front_W_m + 0.02, front_W_m + deep, bottom, top - 0.06, wood);
-  box(front_W_m - opened, front_W_m + 0.02 - opened, bottom, top, front);
-  if (opened > 0.01) box(front_W_m - opened, front_W_m + 0.02, bottom, top - 0.06, front);
-  add_dot(to, state.handle_W_m, 0.022, {60, 60, 60});
-  add_dot(to, state.object_W_m, 0.035, {40, 150, 80});
 }
 
 // Task of a trial of the data, as ActionMaps::task_of() has it for those it was learned from.
@@ -140,13 +127,6 @@ const ActionMaps& drawer_maps() {
   return maps;
 }
 
-mocap::BodyPose drawer_pose(const SequenceState& state) {
-  return forward_kinematics(
-      drawer_maps().model().body,
-      std::span<const double, mocap::kBodyRows>(state.angle_rad.data(), mocap::kBodyRows),
-      state.pelvis_W_m);
-}
-
 int DrawerRun::count(Action action) const {
   return static_cast<int>(
       std::ranges::count_if(history, [&](const auto& a) { return a.action == action; }));
@@ -171,20 +151,6 @@ DrawerRun run_drawer(double distance_m, const std::vector<DrawerJump>& jumps) {
   run.history = sequence->history();
   run.final_distance_m = sequence->distance_m();
   return run;
-}
-
-std::vector<FilmFrame> drawer_film(const DrawerRun& run, std::size_t every) {
-  std::vector<FilmFrame> frames;
-  for (std::size_t i = 0; i < run.states.size(); i += every) {
-    FilmFrame frame;
-    add_body(frame, drawer_maps().model().body, drawer_pose(run.states[i]));
-    add_furniture(frame, run.front_W_m[i], run.states[i]);
-    frame.label = film_time(run.states[i].time_s);
-    frames.push_back(std::move(frame));
-  }
-  const FilmCamera camera = side_view(frames, 900, 480);
-  for (FilmFrame& frame : frames) frame.camera = camera;
-  return frames;
 }
 
 }  // namespace mimesis::synthesizer

@@ -1,7 +1,6 @@
 #pragma once
 #include <vector>
 
-#include "experiments/motion/film.h"
 #include "nodes/synthesizer/sequence/drawer_sequence.h"
 
 namespace mimesis::synthesizer {
@@ -48,9 +47,5 @@ struct DrawerRun {
 };
 /// @throws std::runtime_error if there is no plan.
 DrawerRun run_drawer(double distance_m, const std::vector<DrawerJump>& jumps = {});
-
-/// One frame every `every` steps: the walker, the drawer and the object.
-std::vector<FilmFrame> drawer_film(const DrawerRun& run, std::size_t every);
-mocap::BodyPose drawer_pose(const SequenceState& state);
 
 }  // namespace mimesis::synthesizer

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/plot/gnuplot.h"
+#include "experiments/harness/statistics.h"
 #include "experiments/motion/drawer_training.h"
 #include "experiments/motion/figures.h"
 
@@ -16,10 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using plot::Data;
 using plot::plot_png;
-using reproduce::at_least;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 // ---- fig. 3.15
 
@@ -63,24 +61,24 @@ Report weights(const PlotDir& plot_dir) {
     bars.rows.push_back(
         {double(r), first[0](r), first[1](r), first[2](r), ramp[0](r), ramp[1](r), ramp[2](r)});
   auto joints = [](const VectorXd& w) { return w.head(mocap::kBodyRows).sum(); };
-  report.rows.push_back(at_least(
-      "action 1: lowest periodic over non-periodic weights", joints(first[0]) / joints(ramp[0]),
-      published(1.0, "M18 fig. 3.15"), "1", "the text: the periodic source dominates"));
-  report.rows.push_back(at_least(
-      "action 2: non-periodic over lowest periodic weights", joints(ramp[1]) / joints(first[1]),
-      published(1.0, "M18 fig. 3.15"), "1", "the text: the non-periodic source dominates"));
-  report.rows.push_back(at_least(
-      "action 3: non-periodic over lowest periodic weights", joints(ramp[2]) / joints(first[2]),
-      published(1.0, "M18 fig. 3.15"), "1", "the text: the non-periodic source dominates"));
-  report.rows.push_back(at_least("action 1: share of the legs in the periodic source",
-                                 share_of(first[0], mocap::kLeftHip, mocap::kRightAnkle), 0.4, "1",
-                                 "the text: hip and leg joints strongly; 18 of 51 rows"));
-  report.rows.push_back(at_least("action 2: share of the arms in the non-periodic source",
-                                 share_of(ramp[1], mocap::kLeftShoulder, mocap::kRightWrist), 0.4,
-                                 "1", "the text: primarily the arm; 18 of 51 rows"));
-  report.rows.push_back(at_least("action 3: share of the arms in the non-periodic source",
-                                 share_of(ramp[2], mocap::kLeftShoulder, mocap::kRightWrist), 0.4,
-                                 "1", "the text: primarily the arm; 18 of 51 rows"));
+  report.at_least("action 1: lowest periodic over non-periodic weights",
+                  joints(first[0]) / joints(ramp[0]), published(1.0, "M18 fig. 3.15"), "1",
+                  "the text: the periodic source dominates");
+  report.at_least("action 2: non-periodic over lowest periodic weights",
+                  joints(ramp[1]) / joints(first[1]), published(1.0, "M18 fig. 3.15"), "1",
+                  "the text: the non-periodic source dominates");
+  report.at_least("action 3: non-periodic over lowest periodic weights",
+                  joints(ramp[2]) / joints(first[2]), published(1.0, "M18 fig. 3.15"), "1",
+                  "the text: the non-periodic source dominates");
+  report.at_least("action 1: share of the legs in the periodic source",
+                  share_of(first[0], mocap::kLeftHip, mocap::kRightAnkle), 0.4, "1",
+                  "the text: hip and leg joints strongly; 18 of 51 rows");
+  report.at_least("action 2: share of the arms in the non-periodic source",
+                  share_of(ramp[1], mocap::kLeftShoulder, mocap::kRightWrist), 0.4, "1",
+                  "the text: primarily the arm; 18 of 51 rows");
+  report.at_least("action 3: share of the arms in the non-periodic source",
+                  share_of(ramp[2], mocap::kLeftShoulder, mocap::kRightWrist), 0.4, "1",
+                  "the text: primarily the arm; 18 of 51 rows");
   if (plot_dir) {
     std::string tics = "set xtics rotate by -60 nomirror (";
     for (int j = 0; j < mocap::kBodyJoints; ++j)
@@ -92,8 +90,7 @@ Report weights(const PlotDir& plot_dir) {
              "*0.28-0.28):" + std::to_string(column) + " with boxes lt " + std::to_string(line) +
              " title '" + title + "'";
     };
-    const auto png = *plot_dir / "fig-3.15.png";
-    plot_png(png, 1200, 640, {bars},
+    plot_png(report.picture(*plot_dir / "fig-3.15.png"), 1200, 640, {bars},
              "set multiplot layout 2,1\nset style fill solid 0.9 noborder; set boxwidth 0.28\nset "
              "xrange [-1:51]\nset ylabel '|w| [rad]'\n" +
                  tics + "set title 'lowest periodic component (x, y, z of each joint)'\nplot " +
@@ -101,7 +98,6 @@ Report weights(const PlotDir& plot_dir) {
                  bar(4, 2, 2, "action 3") + "\nset title 'non-periodic source'\nplot " +
                  bar(5, 0, 1, "action 1") + ", " + bar(6, 1, 3, "action 2") + ", " +
                  bar(7, 2, 2, "action 3") + "\nunset multiplot\n");
-    report.plots.push_back(png);
   }
   return report;
 }
@@ -115,11 +111,6 @@ double hip_weight(Action action, double length_m, double duration_s) {
   return drawer_maps()
       .at(action, {.length_m = length_m, .duration_s = duration_s, .previous_length_m = previous})
       .weight_rad(kHipFlexion, 1);
-}
-
-double median(std::vector<double> x) {
-  std::ranges::sort(x);
-  return 0.5 * (x[(x.size() - 1) / 2] + x[x.size() / 2]);
 }
 
 Report maps(const PlotDir& plot_dir) {
@@ -145,32 +136,30 @@ Report maps(const PlotDir& plot_dir) {
       points.rows.push_back(
           {p.trial.step_length_m, p.trial.duration_s, p.weight_rad(kHipFlexion, 1)});
     const std::string name = a == kNormalStep ? "action 1" : "action 2";
-    report.rows.push_back(at_least(name + ": spread of the hip's weight over the map", most - least,
-                                   0.05, "rad", "a map that does not depend on its inputs has 0"));
+    report.at_least(name + ": spread of the hip's weight over the map", most - least, 0.05, "rad",
+                    "a map that does not depend on its inputs has 0");
     std::vector<double> map, mean, fitted;
     for (const LeftOutTrial& o : drawer_left_out().action[a]) {
       map.push_back(o.predicted);
       mean.push_back(o.mean);
       fitted.push_back(o.fitted);
     }
-    report.rows.push_back(
-        at_least(name + ": median Q of recordings left out, predicted from the task alone",
-                 median(map), median(mean), "1",
-                 "the mean of the other trials; about the mean posture. Sources, delays and maps "
-                 "are learned "
-                 "without the recording; generated trials"));
-    report.rows.push_back(at_least(name + ": least Q of recordings left out, predicted",
-                                   *std::ranges::min_element(map), 0.41, "1",
-                                   "goal of the maps: the mean trial's on recorded walks"));
-    report.rows.push_back(at_least(name + ": median Q of the same, weights and means fitted",
-                                   median(fitted), median(map), "1",
-                                   "the prediction: what the maps lose is between them"));
+    report.at_least(
+        name + ": median Q of recordings left out, predicted from the task alone", median(map),
+        median(mean), "1",
+        "the mean of the other trials; about the mean posture. Sources, delays and maps "
+        "are learned "
+        "without the recording; generated trials");
+    report.at_least(name + ": least Q of recordings left out, predicted",
+                    *std::ranges::min_element(map), 0.41, "1",
+                    "goal of the maps: the mean trial's on recorded walks");
+    report.at_least(name + ": median Q of the same, weights and means fitted", median(fitted),
+                    median(map), "1", "the prediction: what the maps lose is between them");
     data.push_back(surface);
     data.push_back(points);
   }
-  if (plot_dir) {
-    const auto png = *plot_dir / "fig-3.20.png";
-    plot_png(png, 1200, 520, data,
+  if (plot_dir)
+    plot_png(report.picture(*plot_dir / "fig-3.20.png"), 1200, 520, data,
              "set multiplot layout 1,2\nset xlabel 'length [m]'; set ylabel 'duration [s]'; set "
              "zlabel 'w [rad]' rotate\nset xtics 0.2; set ytics 0.05; set hidden3d; set ticslevel "
              "0.1; set view 55,40; unset key\n"
@@ -178,20 +167,16 @@ Report maps(const PlotDir& plot_dir) {
              "with lines lt 1 lw 1, $pa using 1:2:3 with points lt 2 pt 7 ps 1\n"
              "set title 'b) action 2'\nsplot $b using 1:2:3 with lines lt 1 lw 1, $pb using 1:2:3 "
              "with points lt 2 pt 7 ps 1\nunset multiplot\n");
-    report.plots.push_back(png);
-  }
   return report;
 }
 
 }  // namespace
 
 void add_drawer_weight_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.15",
-                "weights of two sources in the three actions",
-                "M18",
-                {.published = 3, .goal = 3},
-                weights});
-  to.push_back({"fig-3.20", "maps from length and duration to a weight", "M18", {.goal = 8}, maps});
+  to.emplace_back("fig-3.15", "weights of two sources in the three actions", "M18",
+                  Declared{.published = 3, .goal = 3}, weights);
+  to.emplace_back("fig-3.20", "maps from length and duration to a weight", "M18",
+                  Declared{.goal = 8}, maps);
 }
 
 }  // namespace mimesis::synthesizer

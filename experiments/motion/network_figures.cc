@@ -11,19 +11,13 @@
 #include "experiments/motion/avatar_network.h"
 #include "experiments/motion/baselines.h"
 #include "experiments/motion/figures.h"
-#include "experiments/motion/film.h"
 #include "experiments/motion/styled_walks.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::published;
-using reproduce::Report;
-using Paths = std::vector<std::filesystem::path>;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr double kQuarter = 0.5 * std::numbers::pi;  // offset at the start, ahead and behind
 constexpr double kExternal = 3.0;                    // 1/s
@@ -40,10 +34,6 @@ motion::MotionModel first_pattern(const RecordedWalks& walks, const demix::Mixtu
 }
 
 const demix::SisaOptions kThreeSources{.sources = 3};
-
-motion::MotionModel anechoic(const RecordedWalks& walks) {
-  return first_pattern(walks, demix::sisa(walks.trials, kThreeSources).mixture);
-}
 
 motion::MotionModel principal(const RecordedWalks& walks, int components) {
   return first_pattern(walks, demix::principal_components(walks.trials, components));
@@ -124,36 +114,36 @@ void plot_network(const std::filesystem::path& png, const Transient& ours, const
 constexpr const char* kNothing = "nothing is printed; the text claims artifacts of the PCA avatar";
 
 void scan_rows(const Scan& ours, const Scan& pca, const Scan& pca_as_fast, Report& report) {
-  const auto add = [&](const reproduce::Row& row) { report.rows.push_back(row); };
   for (std::size_t i = 0; i < std::size(kInternals); ++i) {
     std::ostringstream k;
     k << "k = " << kInternals[i] << "/s: ";
-    add(at_least(k.str() + "same pull: artifact of PCA / ours",
-                 pca_as_fast[i].artifact / ours[i].artifact, published(1.0, "M18 3.6"), "1",
-                 kNothing));
-    add(at_least(k.str() + "same couplings: time of PCA / ours",
-                 pca[i].synchronised_s / ours[i].synchronised_s, 1.0, "1",
-                 "more oscillators are slower: the leader pulls one of them"));
+    report.at_least(k.str() + "same pull: artifact of PCA / ours",
+                    pca_as_fast[i].artifact / ours[i].artifact, published(1.0, "M18 3.6"), "1",
+                    kNothing);
+    report.at_least(k.str() + "same couplings: time of PCA / ours",
+                    pca[i].synchronised_s / ours[i].synchronised_s, 1.0, "1",
+                    "more oscillators are slower: the leader pulls one of them");
   }
-  add(at_most("best k, ours: artifact", best(ours).artifact, 0.5, "1", "of the gait's rms"));
-  add(at_least("best k of each, same pull: artifact of PCA / ours",
-               best(pca_as_fast).artifact / best(ours).artifact, published(1.0, "M18 3.6"), "1",
-               kNothing));
-  add(at_most("best k of each, same couplings: artifact of PCA / ours",
-              best(pca).artifact / best(ours).artifact, 1.0, "1",
-              "PCA that may take its time looks better; the text's claim is not general"));
-  add(at_most("best k, ours: turns by", best(ours).heading_rad, 0.5, "rad", "foot contact turns"));
-  add(at_most("best k of each, same pull: turning of PCA / ours",
-              best(pca_as_fast).heading_rad / best(ours).heading_rad, 1.0, "1",
-              "the text sees the PCA avatar turn more: not so here"));
-  add(at_most("PCA: time at the strongest k / at the middle one",
-              pca[2].synchronised_s / pca[1].synchronised_s, 1.05, "1",
-              "the text says stronger coupling slows it down: not so here"));
-  add(at_most("PCA, same pull: least step at the strongest k", pca_as_fast[2].least_step,
-              published(1.0, "M18 3.6"), "1",
-              "of the steady step: below 1 it shrinks, as the text says"));
-  add(at_most("ours: least step at the strongest k", ours[2].least_step, 1.0, "1",
-              "shrinks as well: pulled oscillators lose amplitude"));
+  report.at_most("best k, ours: artifact", best(ours).artifact, 0.5, "1", "of the gait's rms");
+  report.at_least("best k of each, same pull: artifact of PCA / ours",
+                  best(pca_as_fast).artifact / best(ours).artifact, published(1.0, "M18 3.6"), "1",
+                  kNothing);
+  report.at_most("best k of each, same couplings: artifact of PCA / ours",
+                 best(pca).artifact / best(ours).artifact, 1.0, "1",
+                 "PCA that may take its time looks better; the text's claim is not general");
+  report.at_most("best k, ours: turns by", best(ours).heading_rad, 0.5, "rad",
+                 "foot contact turns");
+  report.at_most("best k of each, same pull: turning of PCA / ours",
+                 best(pca_as_fast).heading_rad / best(ours).heading_rad, 1.0, "1",
+                 "the text sees the PCA avatar turn more: not so here");
+  report.at_most("PCA: time at the strongest k / at the middle one",
+                 pca[2].synchronised_s / pca[1].synchronised_s, 1.05, "1",
+                 "the text says stronger coupling slows it down: not so here");
+  report.at_most("PCA, same pull: least step at the strongest k", pca_as_fast[2].least_step,
+                 published(1.0, "M18 3.6"), "1",
+                 "of the steady step: below 1 it shrinks, as the text says");
+  report.at_most("ours: least step at the strongest k", ours[2].least_step, 1.0, "1",
+                 "shrinks as well: pulled oscillators lose amplitude");
 }
 
 Report followers(const PlotDir& dir) {
@@ -173,8 +163,8 @@ Report followers(const PlotDir& dir) {
                demix::sisa_held_out(walks.trials, kThreeSources, mixture).quality, free_phases, "1",
                "3 sinusoids with free phases, which learn nothing; weights, means and delays are "
                "fitted"),
-      reproduce::near("Q of 7 principal components", pca.model.quality,
-                      published(ours.model.quality, "M18 3.6"), 0.02, "1"),
+      near("Q of 7 principal components", pca.model.quality,
+           published(ours.model.quality, "M18 3.6"), 0.02, "1"),
       at_most("the same, each clip left out once",
               demix::held_out(walks.trials, demix::Delays::none, false, learn_pca).quality,
               pca.model.quality, "1", "in-sample; weights and means are fitted"),
@@ -183,9 +173,9 @@ Report followers(const PlotDir& dir) {
             report);
   const Transient twelve = worst(ours, more, 8.0, same_pull(12));
   const Transient three = worst(ours, ours, 8.0, kExternal);
-  report.rows.push_back(at_least("12 components, k = 8/s, same pull: artifact of PCA / ours",
-                                 twelve.artifact / three.artifact, published(1.0, "M18 3.6"), "1",
-                                 "the text: similar problems remain"));
+  report.at_least("12 components, k = 8/s, same pull: artifact of PCA / ours",
+                  twelve.artifact / three.artifact, published(1.0, "M18 3.6"), "1",
+                  "the text: similar problems remain");
   if (dir) {
     report.plots.push_back(*dir / "fig-3.31.png");
     const double behind = -kQuarter;
@@ -196,49 +186,11 @@ Report followers(const PlotDir& dir) {
   return report;
 }
 
-Paths film_network(const std::filesystem::path& dir) {
-  if (!absent_clip(kClips).empty()) return {};
-  const RecordedWalks walks = recorded_walks(kClips);
-  const Avatar ours(anechoic(walks)), pca(principal(walks, 7));
-  constexpr double kLength_s = 8.0;
-  const Transient one = come_into_step(ours, ours, {kShown, kExternal, -kQuarter, kLength_s, true});
-  const Transient two =
-      come_into_step(ours, pca, {kShown, same_pull(7), -kQuarter, kLength_s, true});
-  const auto at = [](mocap::BodyPose pose, double y) {
-    for (auto& p : pose.p_WJ) p.y() += y;
-    return pose;
-  };
-  const auto paint = [](const Colour& c) {
-    return FilmPaint{.trunk = c, .left = paler(c, 0.45), .right = c, .skin = {226, 178, 142}};
-  };
-  std::vector<FilmFrame> frames;
-  for (std::size_t i = 0; i < one.leader.size(); i += 2) {
-    FilmFrame frame;
-    const mocap::BodyPose poses[] = {at(one.leader[i], 0.0), at(one.follower[i], 1.1),
-                                     at(two.follower[i], -1.1)};
-    add_body(frame, walks.body, poses[0], paint({90, 90, 96}));
-    add_body(frame, walks.body, poses[1], paint({30, 130, 80}));
-    add_body(frame, walks.body, poses[2], paint({200, 80, 50}));
-    const Eigen::Vector3d centre = (poses[0].p_WJ[0] + poses[1].p_WJ[0] + poses[2].p_WJ[0]) / 3.0;
-    const Eigen::Vector3d target(centre.x(), centre.y(), 0.85);
-    frame.camera = {.eye_m = target + Eigen::Vector3d(3.4, -4.2, 1.0),
-                    .target_m = target,
-                    .field_of_view_rad = 0.5};
-    frame.label = film_time(one.instants[i].time_s) + " grey leads, green ours, red PCA";
-    frames.push_back(std::move(frame));
-  }
-  return write_film(frames, dir, "fig-3.31", {.count = 10, .cell_width_px = 300});
-}
-
 }  // namespace
 
 void add_network_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.31",
-                "coming into step with a leader: mixture with delays against PCA",
-                "M18",
-                {.published = 7, .goal = 12},
-                followers,
-                film_network});
+  to.emplace_back("fig-3.31", "coming into step with a leader: mixture with delays against PCA",
+                  "M18", Declared{.published = 7, .goal = 12}, followers);
 }
 
 }  // namespace mimesis::synthesizer

@@ -91,14 +91,4 @@ std::vector<SourceMap> learn_source_maps(const motion::MotionModel& model,
   return maps;
 }
 
-Eigen::MatrixXd tabulate(const std::vector<SourceMap>& maps, int fixed, int samples) {
-  Eigen::MatrixXd table(static_cast<Eigen::Index>(maps.size()), samples);
-  for (int k = 0; k < static_cast<int>(maps.size()); ++k) {
-    for (int t = 0; t < samples; ++t) {
-      table(k, t) = maps[static_cast<std::size_t>(k)](on_circle(t, samples, k < fixed ? 0.5 : 1.0));
-    }
-  }
-  return table;
-}
-
 }  // namespace mimesis::synthesizer

@@ -17,8 +17,7 @@ struct SvrSettings {
 
 /// f(x) = Σᵢ aᵢ exp(−γ|x − xᵢ|²) + b: the map from an oscillator's state to a source's value,
 /// learned by support vector regression [M18 3.3.4; LIBSVM]. It is defined by the state: off the
-/// limit cycle it interpolates and, far away, falls to b. A table of it (tabulate(), MotionSeries)
-/// is defined by the phase alone, the same on the whole ray.
+/// limit cycle it interpolates and, far away, falls to b.
 class SourceMap {
  public:
   /// @param states  2×n, near the unit circle (Θx of the uncoupled oscillator's limit cycle);
@@ -28,7 +27,6 @@ class SourceMap {
             const SvrSettings& settings = {});
 
   double operator()(const Eigen::Vector2d& state) const;  ///< O(support vectors), no allocation
-  int support_vectors() const { return static_cast<int>(factor_.size()); }
 
  private:
   Eigen::Matrix2Xd centre_;
@@ -46,9 +44,5 @@ inline Eigen::Vector2d delayed(const Eigen::Vector2d& state, double cos_phi, dou
 /// are learned over (cos φ/2, sin φ/2), half a circle.
 std::vector<SourceMap> learn_source_maps(const motion::MotionModel& model,
                                          const SvrSettings& settings = {});
-
-/// The maps' values on the limit cycle, K×samples: put in place of motion::MotionModel::sources
-/// they give the table, or through MotionSeries the Fourier series, of the learned maps.
-Eigen::MatrixXd tabulate(const std::vector<SourceMap>& maps, int fixed, int samples);
 
 }  // namespace mimesis::synthesizer

@@ -32,15 +32,12 @@ inline ArmStyle elbow_style(double side) {
 
 /// Claim of M18 fig. 3.27, on this arm: how far the hand ends from a moving target when motions are
 /// mapped from goal and style, and from the goal alone.
-reproduce::Report style_preserving_reach(const std::optional<std::filesystem::path>& plot_dir);
+Report style_preserving_reach(const PlotDir& plot_dir);
 
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::published;
-using reproduce::Report;
+using namespace reproduce;
 
 /// Fraction of i times an irrational: spread evenly, the same on every machine.
 double spread(int i, double step) { return i * step - std::floor(i * step); }
@@ -127,7 +124,7 @@ Pursuit pursue(int trained) {
 
 }  // namespace
 
-reproduce::Report style_preserving_reach(const std::optional<std::filesystem::path>& dir) {
+Report style_preserving_reach(const PlotDir& dir) {
   const Pursuit many = pursue(160), few = pursue(80);
   Report report;
   const char* why = "1-2 cm against 7-8 cm, for a 7-joint arm and its own data";
@@ -146,9 +143,9 @@ reproduce::Report style_preserving_reach(const std::optional<std::filesystem::pa
                          "cm", "how much depends on the number of reaches"),
                  at_most("style-preserving, 80 reaches: miss, largest", 100.0 * few.with.worst_m,
                          8.0, "cm", "how much depends on the number of reaches")};
-  if (dir) {
-    report.plots.push_back(*dir / "style-preserving-reach.png");
-    plot::plot_png(report.plots.back(), 760, 640, {many.target, many.hit, many.missed},
+  if (dir)
+    plot::plot_png(report.picture(*dir / "style-preserving-reach.png"), 760, 640,
+                   {many.target, many.hit, many.missed},
                    R"(set size ratio -1
 set title 'A moving target (M18 3.4.3): where the hand arrives'
 set xlabel 'x [m]'; set ylabel 'y [m]'; set key top left
@@ -157,7 +154,6 @@ plot $goal with lines lc rgb '#000000' lw 2 title 'target', \
  $preserving with points pt 7 ps 0.8 lc rgb '#2b8c4a' title 'style preserved', \
  $plain with points pt 6 ps 0.8 lc rgb '#c8371e' title 'by goal alone'
 )");
-  }
   return report;
 }
 
@@ -165,13 +161,6 @@ namespace {
 
 using Eigen::Index;
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::closed_form;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
 
 // ---- fig. 3.22 ---------------------------------------------------------------------------------
 
@@ -298,17 +287,16 @@ Report distributions(const PlotDir& dir) {
     const Eigen::Vector2d first = style_axis(0.0), last = style_axis(1.0);
     const double turn = std::acos(std::clamp(first.dot(last), -1.0, 1.0));
     const std::string name = name_of(variable);
-    report.rows.push_back(at_most(name + ": the style fibres are straight", bent,
-                                  closed_form(1e-9, "put in"), "1",
-                                  "one dimension per goal, as the text has it"));
-    report.rows.push_back(reproduce::near(name + ": turn of the style axis over the goals", turn,
-                                          closed_form(2.2, "put in"), 1e-9, "rad",
-                                          "no fixed direction of the feature space would do"));
+    report.at_most(name + ": the style fibres are straight", bent, closed_form(1e-9, "put in"), "1",
+                   "one dimension per goal, as the text has it");
+    report.near(name + ": turn of the style axis over the goals", turn, closed_form(2.2, "put in"),
+                1e-9, "rad", "no fixed direction of the feature space would do");
     if (!dir) continue;
-    report.plots.push_back(*dir / (variable ? "fig-3.24-variable.png" : "fig-3.24-constant.png"));
-    plot::plot_png(report.plots.back(), 760, 640, {points_of(d), lines},
-                   "set title 'Fig. 3.24: style fibres along the goals, " + name + "'\n" + kSpace +
-                       R"(unset key
+    plot::plot_png(
+        report.picture(*dir / (variable ? "fig-3.24-variable.png" : "fig-3.24-constant.png")), 760,
+        640, {points_of(d), lines},
+        "set title 'Fig. 3.24: style fibres along the goals, " + name + "'\n" + kSpace +
+            R"(unset key
 splot $points with points pt 7 ps 0.35 lc rgb '#909090', $fibres with lines lc rgb '#1f4e9c' lw 4
 )");
   }
@@ -348,10 +336,11 @@ void plot_regression(Report& report, const PlotDir& dir, const Distribution& d,
     }
     fixed.rows.push_back({std::nan(""), std::nan(""), std::nan("")});
   }
-  report.plots.push_back(*dir / (variable ? "fig-3.25-variable.png" : "fig-3.25-constant.png"));
-  plot::plot_png(report.plots.back(), 760, 640, {points_of(d), mean, fixed},
-                 std::string("set title 'Fig. 3.25: learned means and fixed styles, ") +
-                     name_of(variable) + "'\n" + kSpace + R"(set key top left
+  plot::plot_png(
+      report.picture(*dir / (variable ? "fig-3.25-variable.png" : "fig-3.25-constant.png")), 760,
+      640, {points_of(d), mean, fixed},
+      std::string("set title 'Fig. 3.25: learned means and fixed styles, ") + name_of(variable) +
+          "'\n" + kSpace + R"(set key top left
 splot $points with points pt 7 ps 0.35 lc rgb '#909090' title 'motions', \
  $fixed with lines lc rgb '#1f4e9c' lw 2 title 'style -1, -0.5, 0.5, 1', \
  $mean with lines lc rgb '#2b8c4a' lw 4 title 'mean'
@@ -370,15 +359,13 @@ Report regression(const PlotDir& dir) {
     const Fit printed = compare(StyleContent(d.goals, d.features, options), d, variable);
     const std::string name = name_of(variable);
     const char* range = "of a style range of 2; the truth is known";
-    report.rows.push_back(
-        at_most(name + ": inferred style, rms error", ours.style_rms, 0.04, "1", range));
-    report.rows.push_back(
-        at_most(name + ": local means, rms error", ours.mean_rms, 0.02, "1", range));
-    report.rows.push_back(at_most(name + ": style axis, largest error", ours.axis_rad, 0.1, "rad",
-                                  "smooth basis functions bend a little at the ends"));
-    report.rows.push_back(at_least(name + ": rms error from the start s = |R| as printed",
-                                   printed.style_rms, ours.style_rms, "1",
-                                   "its directions begin by chance, since R∘|R| averages out"));
+    report.at_most(name + ": inferred style, rms error", ours.style_rms, 0.04, "1", range);
+    report.at_most(name + ": local means, rms error", ours.mean_rms, 0.02, "1", range);
+    report.at_most(name + ": style axis, largest error", ours.axis_rad, 0.1, "rad",
+                   "smooth basis functions bend a little at the ends");
+    report.at_least(name + ": rms error from the start s = |R| as printed", printed.style_rms,
+                    ours.style_rms, "1",
+                    "its directions begin by chance, since R∘|R| averages out");
     plot_regression(report, dir, d, model, variable);
   }
   return report;
@@ -387,23 +374,15 @@ Report regression(const PlotDir& dir) {
 }  // namespace
 
 void add_style_content_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.22",
-                "Reaching with elbow up or down: prioritised inverse kinematics",
-                "M18",
-                {.goal = 5},
-                two_elbows});
-  to.push_back(
-      {"fig-3.24", "Synthetic goal-style distributions", "M18", {.closed_form = 4}, distributions});
-  to.push_back({"fig-3.25",
-                "Style-content separation: inferred means and styles",
-                "M18",
-                {.goal = 8},
-                regression});
-  to.push_back({"style-preserving-reach",
-                "Reaching a moving target with and without style inference",
-                "M18",
-                {.published = 4, .goal = 3},
-                style_preserving_reach});
+  to.emplace_back("fig-3.22", "Reaching with elbow up or down: prioritised inverse kinematics",
+                  "M18", Declared{.goal = 5}, two_elbows);
+  to.emplace_back("fig-3.24", "Synthetic goal-style distributions", "M18",
+                  Declared{.closed_form = 4}, distributions);
+  to.emplace_back("fig-3.25", "Style-content separation: inferred means and styles", "M18",
+                  Declared{.goal = 8}, regression);
+  to.emplace_back("style-preserving-reach",
+                  "Reaching a moving target with and without style inference", "M18",
+                  Declared{.published = 4, .goal = 3}, style_preserving_reach);
 }
 
 }  // namespace mimesis::synthesizer

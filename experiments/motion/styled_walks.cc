@@ -52,6 +52,9 @@ reproduce::Report report_absent(const std::string& clip) {
   return report;
 }
 
+namespace {
+
+/// By row of the model the body's row.
 std::vector<int> body_rows(const motion::MotionModel& model) {
   std::vector<int> out;
   for (const std::string& row : model.rows) {
@@ -65,23 +68,10 @@ std::vector<int> body_rows(const motion::MotionModel& model) {
   return out;
 }
 
-mocap::BodyPose figure_pose(const mocap::Body& body,
-                            const Eigen::Matrix<double, mocap::kBodyRows, 1>& angles_rad,
-                            const Eigen::Vector3d& p_W, double heading_rad) {
-  mocap::BodyPose pose = mocap::forward_kinematics(
-      body, std::span<const double, mocap::kBodyRows>(angles_rad.data(), mocap::kBodyRows),
-      Eigen::Vector3d::Zero());
-  const Eigen::Matrix3d R_WH =
-      Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  for (std::size_t j = 0; j < pose.p_WJ.size(); ++j) {
-    pose.R_WJ[j] = R_WH * pose.R_WJ[j];
-    pose.p_WJ[j] = p_W + R_WH * pose.p_WJ[j];
-  }
-  return pose;
-}
+}  // namespace
 
 GroundedFigure::GroundedFigure(const motion::MotionModel& model)
-    : body_(model.body), lanes_(model.body), body_row_(body_rows(model)) {
+    : lanes_(model.body), body_row_(body_rows(model)) {
   angles_.setZero();
 }
 
@@ -100,12 +90,6 @@ void GroundedFigure::step(const Eigen::VectorXd& angles_rad, double dt_s) {
   position_ += Eigen::Rotation2Dd(heading_) *
                Eigen::Vector2d(static_cast<double>(root_.dx[0]), static_cast<double>(root_.dy[0]));
   heading_ += static_cast<double>(root_.turn[0]);
-}
-
-mocap::BodyPose GroundedFigure::pose() const {
-  return figure_pose(body_, angles_,
-                     {position_.x(), position_.y(), static_cast<double>(root_.height[0])},
-                     heading_);
 }
 
 namespace {
@@ -156,19 +140,6 @@ int pattern_of(const motion::MotionModel& model, const std::string& style) {
     if (model.patterns[p].trial.style == style) return static_cast<int>(p);
   }
   throw ConfigError("the model has no style '" + style + "'");
-}
-
-mocap::BodyPose character_pose(const motion::MotionModel& model, const CharacterBatch& batch,
-                               int i) {
-  Eigen::Matrix<double, mocap::kBodyRows, 1> angles = decltype(angles)::Zero();
-  const std::vector<int> rows = body_rows(model);
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    angles[rows[r]] = static_cast<double>(batch.angles(i)[r]);
-  }
-  const RootPose root = batch.root(i);
-  return figure_pose(model.body, angles,
-                     {root.position_W_m.x(), root.position_W_m.y(), root.height_m},
-                     root.heading_rad);
 }
 
 void FootSlide::observe(const CharacterBatch& batch, int i) {

@@ -7,7 +7,6 @@
 #include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "experiments/harness/figure.h"
-#include "experiments/motion/film.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
 #include "nodes/synthesizer/dynamics/posture.h"
 
@@ -42,12 +41,7 @@ class GroundedFigure {
 
   const Eigen::Vector2d& position_W_m() const { return position_; }
   double heading_rad() const { return heading_; }  ///< + to the left, not wrapped
-  /// Moves the figure: for films.
-  void place(const Eigen::Vector2d& position_W_m) { position_ = position_W_m; }
-  mocap::BodyPose pose() const;
-
  private:
-  mocap::Body body_;
   BodyLanes lanes_;
   std::vector<int> body_row_;
   Eigen::Matrix<double, mocap::kBodyRows, 1> angles_;
@@ -55,13 +49,6 @@ class GroundedFigure {
   Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
   double heading_ = 0.0;
 };
-
-/// The figure with these angles, the root's relative to the heading; pelvis at p_W.
-mocap::BodyPose figure_pose(const mocap::Body& body,
-                            const Eigen::Matrix<double, mocap::kBodyRows, 1>& angles_rad,
-                            const Eigen::Vector3d& p_W, double heading_rad);
-/// By row of the model the body's row. @throws ConfigError if one is none.
-std::vector<int> body_rows(const motion::MotionModel& model);
 
 /// The cycles that styles are learned from, rotations brought to common branches. For styles that
 /// turn ("walk-turn-left_normal") the cycle that turns most is used: the others go straight again.
@@ -71,10 +58,6 @@ motion::MotionModel styled_walks(const RecordedWalks& walks, int sources);
 
 /// Number of the pattern of a style. @throws ConfigError if there is none.
 int pattern_of(const motion::MotionModel& model, const std::string& style);
-
-/// Character i as the film draws it.
-mocap::BodyPose character_pose(const motion::MotionModel& model, const CharacterBatch& batch,
-                               int i);
 
 /// Mean speed of standing feet: of the lower of heel and toe, from 4 % to 55 % of the cycle after
 /// the foot's strike (left: phase 0, right: half a cycle), while it is the same point as a step

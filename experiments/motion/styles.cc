@@ -1,6 +1,7 @@
 #include "experiments/motion/styles.h"
 
 #include <algorithm>
+#include <array>
 
 #include "common/error.h"
 
@@ -12,6 +13,14 @@ std::size_t Styles::index(const std::string& name) const {
   std::string known;
   for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
   throw ConfigError("style '" + name + "' is unknown, expected one of " + known);
+}
+
+MotionParameters balanced_mixture(const MotionParameters& emotional, const MotionParameters& left,
+                                  const MotionParameters& right, double beta) {
+  const std::array parts = {emotional, left, right};
+  MotionParameters out;
+  blend(parts, std::array{0.75, 0.125 * (1.0 + beta), 0.125 * (1.0 - beta)}, out);
+  return out;
 }
 
 Styles styles_of(const motion::MotionModel& model, double min_similarity) {

@@ -18,6 +18,12 @@ struct Styles {
   std::size_t index(const std::string& name) const;
 };
 
+/// An emotional walk made to blend with neutral curved ones [M18 eq. 3.28]:
+///   ¾ emotional + ⅛((1 + β) left + (1 − β) right), of weights and all else.
+/// β in [−1, 1] (the text prints 0 < β < 1; a walk that declines to the left needs β < 0).
+MotionParameters balanced_mixture(const MotionParameters& emotional, const MotionParameters& left,
+                                  const MotionParameters& right, double beta);
+
 /// @throws ConfigError if the model has no pattern or one of another size.
 Styles styles_of(const motion::MotionModel& model, double min_similarity = 0.95);
 

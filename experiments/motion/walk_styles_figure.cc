@@ -14,11 +14,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::Report;
-using Paths = std::vector<std::filesystem::path>;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr int kStyleSources = 5;
 constexpr double kDt = 1.0 / 60.0;
@@ -189,72 +185,41 @@ Report walk_styles(const PlotDir& dir) {
   const motion::MotionModel& model = styles_model();
   const Styles styles = styles_of(model);
   Report report;
-  report.rows.push_back(at_least("Q of the tied mixture, 5 sources, 6 styles", model.quality, 0.8,
-                                 "1", "all cycles of six Bandai-Namco clips"));
+  report.at_least("Q of the tied mixture, 5 sources, 6 styles", model.quality, 0.8, "1",
+                  "all cycles of six Bandai-Namco clips");
   const mocap::Trials cycles = styled_cycles(recorded_walks(clips()));
   const demix::SisaOptions tied{.sources = kStyleSources, .tied = true};
   const auto learn_pca = [](const mocap::Trials& t) {
     return demix::principal_components(t, kStyleSources);
   };
-  report.rows.push_back(
-      at_least("the same, each clip, hence style, left out once",
-               demix::sisa_held_out(cycles, tied, demix::sisa(cycles, tied).mixture).quality,
-               demix::held_out(cycles, demix::Delays::none, false, learn_pca).quality, "1",
-               "PCA, K = 5, held out: sources and delays are learned from other styles, weights "
-               "and means fitted"));
+  report.at_least("the same, each clip, hence style, left out once",
+                  demix::sisa_held_out(cycles, tied, demix::sisa(cycles, tied).mixture).quality,
+                  demix::held_out(cycles, demix::Delays::none, false, learn_pca).quality, "1",
+                  "PCA, K = 5, held out: sources and delays are learned from other styles, weights "
+                  "and means fitted");
   for (const std::string& name : kWalkStyles) {
     const MotionParameters& p = styles.parameters[styles.index(name)];
-    report.rows.push_back(at_most(name + ": feet on the ground slide, with lock",
-                                  foot_slide(model, p, true),
-                                  reproduce::prototype(0.083, "motion.md"), "m/s",
-                                  "what feet of recordings do; without lock " +
-                                      std::to_string(foot_slide(model, p, false)).substr(0, 5)));
+    report.at_most(name + ": feet on the ground slide, with lock", foot_slide(model, p, true),
+                   prototype(0.083, "motion.md"), "m/s",
+                   "what feet of recordings do; without lock " +
+                       std::to_string(foot_slide(model, p, false)).substr(0, 5));
   }
   const char* goal = "goal 1.15 for every pair: not reached at β = 1/5";
   const Ratios fifth = jerk_ratios(model, styles, 0.2), half = jerk_ratios(model, styles, 0.5);
-  report.rows.push_back(at_most("jerk ratio at β = 1/5, mean of pairs", fifth.mean, 1.25, "1",
-                                "rms within 0.2 s of the transition / larger steady style"));
-  report.rows.push_back(at_most("jerk ratio at β = 1/5, worst pair", fifth.worst, 1.75, "1", goal));
-  report.rows.push_back(at_most("jerk ratio at β = 1/2, worst pair", half.worst, 1.15, "1",
-                                "a wider interval helps"));
-  if (dir) {
-    report.plots.push_back(*dir / "walk-styles.png");
-    plot_styles(report.plots.back(), model, styles);
-  }
+  report.at_most("jerk ratio at β = 1/5, mean of pairs", fifth.mean, 1.25, "1",
+                 "rms within 0.2 s of the transition / larger steady style");
+  report.at_most("jerk ratio at β = 1/5, worst pair", fifth.worst, 1.75, "1", goal);
+  report.at_most("jerk ratio at β = 1/2, worst pair", half.worst, 1.15, "1",
+                 "a wider interval helps");
+  if (dir) plot_styles(report.picture(*dir / "walk-styles.png"), model, styles);
   return report;
-}
-
-Paths film_styles(const std::filesystem::path& dir) {
-  if (!absent_clip(clips()).empty()) return {};
-  const motion::MotionModel& model = styles_model();
-  std::vector<FilmFrame> frames;
-  promenade(model, styles_of(model), 3, [&](int i, std::size_t style, const StyleWalk& walk) {
-    if (i % 3 != 0) return;  // 20 pictures a second
-    FilmFrame frame;
-    add_body(frame, model.body, character_pose(model, walk.batch(), 0));
-    const RootPose root = walk.batch().root(0);
-    const Eigen::Vector3d target(root.position_W_m.x(), root.position_W_m.y(), 0.86);
-    constexpr double kAround = -1.1;  // from the right, half in front
-    frame.camera = {
-        .eye_m = target + Eigen::Vector3d(4.0 * std::cos(kAround), 4.0 * std::sin(kAround), 0.5),
-        .target_m = target,
-        .field_of_view_rad = 0.55,
-        .width_px = 480};
-    frame.label = film_time(i * kDt) + "  " + kWalkStyles[style];
-    frames.push_back(std::move(frame));
-  });
-  return write_film(frames, dir, "walk-styles", {.count = 12, .cell_width_px = 240});
 }
 
 }  // namespace
 
 void add_walk_styles_figure(std::vector<reproduce::Figure>& to) {
-  to.push_back({"walk-styles",
-                "one character walks through recorded styles",
-                "M18",
-                {.prototype = 6, .goal = 5},
-                walk_styles,
-                film_styles});
+  to.emplace_back("walk-styles", "one character walks through recorded styles", "M18",
+                  Declared{.prototype = 6, .goal = 5}, walk_styles);
 }
 
 }  // namespace mimesis::synthesizer

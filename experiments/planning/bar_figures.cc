@@ -16,16 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::closed_form;
-using reproduce::Figure;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = Figure::PlotDir;
+using namespace reproduce;
 
 constexpr double kMargin = 0.002;  // [m]
 constexpr const char* kSide =
@@ -50,12 +41,11 @@ Report fig_2_6(const PlotDir& dir) {
         place(arm, postures.col(i), {{}, table.boxes, {}, {}}).gap_m > 0.0)
       prohibited = postures.col(i);
   }
-  report.rows.push_back(near("postures judged otherwise than pair by pair", otherwise,
-                             closed_form(0.0, "distance below the sum of the radii"), 0.0, "1",
-                             "4000 postures, rounding of 20 um left out"));
-  report.rows.push_back(holds("panel A: a posture is prohibited by the bar alone",
-                              prohibited.size() > 0 && !checker.free(prohibited),
-                              published("figure 2.6")));
+  report.near("postures judged otherwise than pair by pair", otherwise,
+              closed_form(0.0, "distance below the sum of the radii"), 0.0, "1",
+              "4000 postures, rounding of 20 um left out");
+  report.holds("panel A: a posture is prohibited by the bar alone",
+               prohibited.size() > 0 && !checker.free(prohibited), published("figure 2.6"));
   VectorXd target;
   double off = INFINITY;
   for (const kin::IkGoal& grasp :
@@ -67,8 +57,8 @@ Report fig_2_6(const PlotDir& dir) {
       off = std::min(off, here);
     }
   }
-  report.rows.push_back(at_most("panel B: gripper from its place at the target", 1e3 * off,
-                                goal(0.1), "mm", "and no ball touches"));
+  report.at_most("panel B: gripper from its place at the target", 1e3 * off, goal(0.1), "mm",
+                 "and no ball touches");
   if (target.size() > 0)
     draw(report, dir, "fig-2.6", 2,
          {posture_panel("A: prohibited", arm, prohibited, obstacles, 2, kSide),
@@ -102,15 +92,14 @@ Report fig_2_8(const PlotDir& dir) {
     postures += static_cast<int>(way.size());
     half_way += 2 * static_cast<int>(way.size()) > kPostures;
   }
-  report.rows.push_back(reproduce::beside(
+  report.beside(
       "postures of the reaches to a target", postures, published(150, "2.3.2: 10 paths of 15"), "1",
-      "ours keep the hand on a straight line and end at limits of joints; the thesis' curve"));
-  report.rows.push_back(
-      at_least("reaches of more than half of the way", half_way, goal(5), "1",
-               "of 10 from anywhere in the joint space; the goal was set after measuring"));
-  report.rows.push_back(near("hands off the straight line to the target", 1e3 * off_line,
-                             closed_form(0.0, "reaches are straight in the workspace"), 0.05, "mm",
-                             "tolerance of the inverse kinematics"));
+      "ours keep the hand on a straight line and end at limits of joints; the thesis' curve");
+  report.at_least("reaches of more than half of the way", half_way, goal(5), "1",
+                  "of 10 from anywhere in the joint space; the goal was set after measuring");
+  report.near("hands off the straight line to the target", 1e3 * off_line,
+              closed_form(0.0, "reaches are straight in the workspace"), 0.05, "mm",
+              "tolerance of the inverse kinematics");
   draw(report, dir, "fig-2.8", 1,
        {{"postures produced by inverse kinematics: hands red, elbows blue",
          {{elbows, dots(kBlue, 0.7)}, {hands, dots(kRed, 0.7)}},
@@ -126,8 +115,8 @@ void add_task(Report& report, std::vector<Panel>& panels, const kin::ArmModel& a
       std::string(task.grip == Grip::full ? "full grip, " : "precision grip, ") +
       (task.transport == Transport::below ? "below" : "above") + " the bar, " + task.goal + " goal";
   const auto plan = plan_task(arm, table, roadmap, arm.home, task, settings);
-  report.rows.push_back(holds(name + ": planned", plan.has_value(), published(where),
-                              plan ? "" : plan.error().reason));
+  report.holds(name + ": planned", plan.has_value(), published(where),
+               plan ? "" : plan.error().reason);
   if (!plan) return;
   double gap = INFINITY, over_bar = 0.0;
   int crossings = 0;
@@ -147,10 +136,10 @@ void add_task(Report& report, std::vector<Panel>& panels, const kin::ArmModel& a
       for (const Index part : {0, 1, 2}) shown.emplace_back(&motion, part * (q.cols() - 1) / 2);
   }
   const bool above = task.transport == Transport::above;
-  report.rows.push_back(holds(name + ": the hand passes " + (above ? "over" : "under") + " the bar",
-                              crossings == 1 && (over_bar > 0.0) == above, published(where)));
-  report.rows.push_back(at_least(name + ": least distance", 1e3 * gap, goal(1e3 * kMargin - 0.02),
-                                 "mm", "every sample, pair by pair; 20 um for the rounding"));
+  report.holds(name + ": the hand passes " + (above ? "over" : "under") + " the bar",
+               crossings == 1 && (over_bar > 0.0) == above, published(where));
+  report.at_least(name + ": least distance", 1e3 * gap, goal(1e3 * kMargin - 0.02), "mm",
+                  "every sample, pair by pair; 20 um for the rounding");
   for (const std::size_t i : {0u, 3u, 4u, 5u}) {
     if (i >= shown.size()) continue;
     const auto& [motion, k] = shown[i];

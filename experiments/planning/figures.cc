@@ -19,16 +19,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::closed_form;
-using reproduce::Figure;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = Figure::PlotDir;
+using namespace reproduce;
 
 constexpr int kNodes = 1500;
 constexpr int kNeighbours = 4;
@@ -106,18 +97,17 @@ Report fig_2_7(const PlotDir& dir) {
     const bool free = place(p.arm, q, p.obstacles).gap_m >= 0.0;
     grid.push_back(static_cast<char>(free ? (p.reaches(q) ? 2 : 1) : 0));
   }
-  report.rows.push_back(near("obstacle balls of the planar scene",
-                             static_cast<double>(p.obstacles.balls.size()),
-                             published(16, "figure 2.7"), 0.0, "1"));
-  report.rows.push_back(near("inhibited nodes", share(marks, 0),
-                             closed_form(share(grid, 0), "area of the inhibited region"), 0.01, "1",
-                             "Halton points cover better than 1/sqrt(1500) = 0.026"));
-  report.rows.push_back(near("nodes at the target", share(marks, 2),
-                             closed_form(share(grid, 2), "area of the target region"), 0.005, "1",
-                             "Halton points cover better than 1/sqrt(1500) = 0.026"));
-  report.rows.push_back(holds("the initial configuration is free and not at the target",
-                              place(p.arm, p.start, p.obstacles).gap_m > 0.0 && !p.reaches(p.start),
-                              published("figure 2.7")));
+  report.near("obstacle balls of the planar scene", static_cast<double>(p.obstacles.balls.size()),
+              published(16, "figure 2.7"), 0.0, "1");
+  report.near("inhibited nodes", share(marks, 0),
+              closed_form(share(grid, 0), "area of the inhibited region"), 0.01, "1",
+              "Halton points cover better than 1/sqrt(1500) = 0.026");
+  report.near("nodes at the target", share(marks, 2),
+              closed_form(share(grid, 2), "area of the target region"), 0.005, "1",
+              "Halton points cover better than 1/sqrt(1500) = 0.026");
+  report.holds("the initial configuration is free and not at the target",
+               place(p.arm, p.start, p.obstacles).gap_m > 0.0 && !p.reaches(p.start),
+               published("figure 2.7"));
   Panel workspace = posture_panel("A: workspace", p.arm, p.start, p.obstacles, 1, kPlane);
   Data targets;
   for (const auto& t : p.targets) targets.rows.push_back({t.center.x(), t.center.y(), t.radius});
@@ -165,15 +155,14 @@ Report fig_2_9(const PlotDir& dir) {
       for (int k : {0, 1}) means[k] = sum[k] / count[k];
     }
   }
-  report.rows.push_back(near("shift of a node against v2 + v3", worst,
-                             closed_form(0.0, "v1 = v2 + v3 (2.3.2)"), 1e-12, "rad"));
-  report.rows.push_back(
-      at_least("nodes compared", compared, goal(50), "1", "else it shows little"));
+  report.near("shift of a node against v2 + v3", worst, closed_form(0.0, "v1 = v2 + v3 (2.3.2)"),
+              1e-12, "rad");
+  report.at_least("nodes compared", compared, goal(50), "1", "else it shows little");
   const auto inhibited = [&](std::size_t stage) {
     return static_cast<double>(std::ranges::count(p.stage_free[stage], 0));
   };
-  report.rows.push_back(holds("one iteration turns inhibited nodes into active ones",
-                              inhibited(1) < 0.9 * inhibited(0), published("figure 2.9")));
+  report.holds("one iteration turns inhibited nodes into active ones",
+               inhibited(1) < 0.9 * inhibited(0), published("figure 2.9"));
   const Vector2d c = before.col(shown), to = after.col(shown);
   Panel window = c_space("testing window: means and the node's shift", before, free);
   window.settings = fmt::format(
@@ -207,24 +196,22 @@ double at_border(const Planar& p, const MatrixXd& nodes) {
 Report fig_2_10(const PlotDir& dir) {
   const Planar& p = planar();
   Report report;
-  report.rows.push_back(
-      at_most("iterations of the off-line refinement", static_cast<double>(p.shares.size() - 1),
-              published(6, "figure 2.10"), "1", "until less than 2 % remain inhibited"));
-  report.rows.push_back(at_most("inhibited at the end", p.shares.back(),
-                                published(0.02, "2.3.2: less than 2 percent"), "1",
-                                "then dropped"));
-  report.rows.push_back(
-      near("nodes kept", static_cast<double>(p.refined.cols()),
-           closed_form(kNodes * (1.0 - p.shares.back()), "all but the inhibited ones"), 1e-6, "1"));
+  report.at_most("iterations of the off-line refinement", static_cast<double>(p.shares.size() - 1),
+                 published(6, "figure 2.10"), "1", "until less than 2 % remain inhibited");
+  report.at_most("inhibited at the end", p.shares.back(),
+                 published(0.02, "2.3.2: less than 2 percent"), "1", "then dropped");
+  report.near("nodes kept", static_cast<double>(p.refined.cols()),
+              closed_form(kNodes * (1.0 - p.shares.back()), "all but the inhibited ones"), 1e-6,
+              "1");
   MatrixXd free_before(2, 0);
   for (Index i = 0; i < p.nodes.cols(); ++i) {
     if (!p.stage_free[0][static_cast<std::size_t>(i)]) continue;
     free_before.conservativeResize(2, free_before.cols() + 1);
     free_before.rightCols(1) = p.nodes.col(i);
   }
-  report.rows.push_back(holds("the density at the borders of obstacles rises",
-                              at_border(p, p.refined) > 1.2 * at_border(p, free_before),
-                              published("2.3.2, figure 2.10")));
+  report.holds("the density at the borders of obstacles rises",
+               at_border(p, p.refined) > 1.2 * at_border(p, free_before),
+               published("2.3.2, figure 2.10"));
   std::vector<Panel> panels;
   for (std::size_t i = 0; i < p.stages.size(); ++i) {
     panels.push_back(
@@ -291,14 +278,12 @@ Report fig_2_11(const PlotDir& dir) {
          {{link_lines(nodes, links), lines(kBlue, 0.6)}},
          kCSpace});
   }
-  report.rows.push_back(near("links that are not those of the ranks", wrong,
-                             closed_form(0.0, "j among the k nearest of i, or i of j"), 0.0, "1",
-                             "k = 2, 6, 20"));
-  report.rows.push_back(at_least("clusters with 2 neighbours", count[0], goal(20), "1",
-                                 "\"many mutually disconnected clusters\""));
-  report.rows.push_back(holds("fewer clusters with 6 and 20 neighbours",
-                              count[0] > 5 * count[1] && count[1] >= count[2],
-                              published("figure 2.11")));
+  report.near("links that are not those of the ranks", wrong,
+              closed_form(0.0, "j among the k nearest of i, or i of j"), 0.0, "1", "k = 2, 6, 20");
+  report.at_least("clusters with 2 neighbours", count[0], goal(20), "1",
+                  "\"many mutually disconnected clusters\"");
+  report.holds("fewer clusters with 6 and 20 neighbours",
+               count[0] > 5 * count[1] && count[1] >= count[2], published("figure 2.11"));
   draw(report, dir, "fig-2.11", 3, panels);
   return report;
 }
@@ -322,12 +307,11 @@ Report fig_2_12(const PlotDir& dir) {
       }
     }
   }
-  report.rows.push_back(near("links that the triangles decide otherwise", differing(expected, kept),
-                             closed_form(0.0, "removed if dij² > djk² + dki² (2.3.2)"), 0.0, "1"));
-  report.rows.push_back(
-      holds("long links are removed: the mean length falls",
-            link_count(kept) < link_count(whole) && mean_length(kept) < mean_length(whole),
-            published("figure 2.12")));
+  report.near("links that the triangles decide otherwise", differing(expected, kept),
+              closed_form(0.0, "removed if dij² > djk² + dki² (2.3.2)"), 0.0, "1");
+  report.holds("long links are removed: the mean length falls",
+               link_count(kept) < link_count(whole) && mean_length(kept) < mean_length(whole),
+               published("figure 2.12"));
   draw(report, dir, "fig-2.12", 2,
        {{fmt::format("4 neighbours: {} links", link_count(whole)),
          {{link_lines(nodes, whole), lines(kBlue, 0.6)}},
@@ -347,12 +331,11 @@ Report fig_2_13(const PlotDir& dir) {
   NeighbourLists joined = torn;
   join_clusters(joined, extended);
   const int before = cluster_count(torn), after = cluster_count(joined);
-  report.rows.push_back(near("clusters after they are joined", after,
-                             closed_form(cluster_count(symmetrised(extended, 2 * kFew)),
-                                         "components of the lists of 2k neighbours"),
-                             0.0, "1"));
-  report.rows.push_back(
-      holds("new links connect clusters", after < before / 4, published("figure 2.13")));
+  report.near("clusters after they are joined", after,
+              closed_form(cluster_count(symmetrised(extended, 2 * kFew)),
+                          "components of the lists of 2k neighbours"),
+              0.0, "1");
+  report.holds("new links connect clusters", after < before / 4, published("figure 2.13"));
   NeighbourLists fresh(joined.size());
   const auto index = clusters(torn);
   for (std::size_t i = 0; i < joined.size(); ++i)
@@ -412,16 +395,16 @@ Report fig_2_14(const PlotDir& dir) {
            kCSpace});
     }
   }
-  report.rows.push_back(holds("the paths touch nothing", !touches, published("2.3.2"),
-                              "50 postures on each link, pair by pair"));
-  report.rows.push_back(at_most("length after three refinements", length[2] / length[0],
-                                closed_form(1.0, "the shortest path is kept"), "1",
-                                "of that before, sums over 49 starts: a wave counts links, and the "
-                                "denser set has shorter ones; the shortcuts that follow do more"));
-  report.rows.push_back(beside("postures checked by a refinement",
-                               (postures[1] - postures[0]) / postures[0], goal(1.0), "1",
-                               "of those of the first plan, which finds the links of the roadmap "
-                               "certified; a refinement certifies its own"));
+  report.holds("the paths touch nothing", !touches, published("2.3.2"),
+               "50 postures on each link, pair by pair");
+  report.at_most("length after three refinements", length[2] / length[0],
+                 closed_form(1.0, "the shortest path is kept"), "1",
+                 "of that before, sums over 49 starts: a wave counts links, and the "
+                 "denser set has shorter ones; the shortcuts that follow do more");
+  report.beside("postures checked by a refinement", (postures[1] - postures[0]) / postures[0],
+                goal(1.0), "1",
+                "of those of the first plan, which finds the links of the roadmap "
+                "certified; a refinement certifies its own");
   draw(report, dir, "fig-2.14", 3, panels);
   return report;
 }

@@ -7,7 +7,7 @@
 
 namespace mimesis::planner {
 
-void draw(reproduce::Report& report, const reproduce::Figure::PlotDir& dir, const std::string& name,
+void draw(reproduce::Report& report, const reproduce::PlotDir& dir, const std::string& name,
           std::size_t columns, const std::vector<Panel>& panels) {
   if (!dir) return;
   std::filesystem::create_directories(*dir);
@@ -27,8 +27,7 @@ void draw(reproduce::Report& report, const reproduce::Figure::PlotDir& dir, cons
     }
     script += "\n";
   }
-  report.plots.push_back(*dir / (name + ".png"));
-  plot::plot_png(report.plots.back(), static_cast<int>(430 * columns),
+  plot::plot_png(report.picture(*dir / (name + ".png")), static_cast<int>(430 * columns),
                  static_cast<int>(400 * lines), data, script + "unset multiplot");
 }
 

@@ -16,7 +16,7 @@ struct Panel {
 };
 
 /// Panels side by side, `columns` in a row, as NAME.png; nothing without a folder.
-void draw(reproduce::Report& report, const reproduce::Figure::PlotDir& dir, const std::string& name,
+void draw(reproduce::Report& report, const reproduce::PlotDir& dir, const std::string& name,
           std::size_t columns, const std::vector<Panel>& panels);
 
 inline constexpr const char* kRed = "#c8371e";

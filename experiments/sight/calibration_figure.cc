@@ -9,13 +9,7 @@
 namespace mimesis::vision {
 namespace {
 
-using reproduce::at_most;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::prototype;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr const char* kReference = "vision.md";
 const Board kBoard{9, 6, 1.0};  // the squares' true size is unknown: lengths are in squares
@@ -70,8 +64,8 @@ Report stereo_calibration(const PlotDir& dir) {
   Report report;
   const auto folder = shared_data("vision/stereo_calibration");
   if (!std::filesystem::exists(folder)) {
-    report.rows.push_back(holds("pictures are there", false, goal(),
-                                folder.string() + " is absent; MIMESIS_SHARED names the folder"));
+    report.holds("pictures are there", false, goal(),
+                 folder.string() + " is absent; MIMESIS_SHARED names the folder");
     return report;
   }
   const tool::CalibrationPictures pictures = tool::read_calibration_pictures(
@@ -100,9 +94,8 @@ Report stereo_calibration(const PlotDir& dir) {
                       goal(0.1), "%", "standard deviation over mean"));
   r.push_back(near("baseline", calibrated->baseline_m(), prototype(3.3275, kReference), 0.0075,
                    "squares", "three times its range there"));
-  r.push_back(near("edges of triangulated squares: mean", edge,
-                   reproduce::closed_form(1.0, "printed"), 0.002, "squares",
-                   "a wrong scale or focal length"));
+  r.push_back(near("edges of triangulated squares: mean", edge, closed_form(1.0, "printed"), 0.002,
+                   "squares", "a wrong scale or focal length"));
   r.push_back(at_most("edges of triangulated squares: deviation", spread,
                       prototype(0.008, kReference), "squares", "of single edges"));
   std::vector<Shot> mixed = pictures.shots;
@@ -132,11 +125,8 @@ Report stereo_calibration(const PlotDir& dir) {
 }  // namespace
 
 reproduce::Figure stereo_calibration_figure() {
-  return {.name = "stereo-calibration",
-          .title = "A real stereo pair calibrated from 13 positions of a board",
-          .source = "M18",
-          .rows = {.closed_form = 1, .prototype = 2, .goal = 8},
-          .compute = stereo_calibration};
+  return Figure("stereo-calibration", "A real stereo pair calibrated from 13 positions of a board",
+                "M18", Declared{.closed_form = 1, .prototype = 2, .goal = 8}, stereo_calibration);
 }
 
 }  // namespace mimesis::vision

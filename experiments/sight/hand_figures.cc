@@ -10,14 +10,7 @@
 namespace mimesis::sight {
 namespace {
 
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::beside;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::prototype;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 // The tracker's constants were chosen on seeds below 100.
 constexpr std::uint64_t kFirstSeed = 101;
@@ -72,12 +65,12 @@ void add_accuracy(Report& report, const Case& c, const PlotDir& dir) {
   }
   const auto row = [&report](const char* what, const OverSeeds& ours, double wanted,
                              const char* unit) {
-    report.rows.push_back(at_most(fmt::format("{}, worst of {} seeds", what, kSeeds), ours.worst(),
-                                  goal(wanted), unit,
-                                  "hands, cameras, light and motion are drawn from ranges that the "
-                                  "tracker does not know; it starts 40 mm and 30 deg off"));
-    report.rows.push_back(beside(fmt::format("{}, middle seed", what), ours.middle(), goal(wanted),
-                                 unit, "what is usual"));
+    report.at_most(fmt::format("{}, worst of {} seeds", what, kSeeds), ours.worst(), goal(wanted),
+                   unit,
+                   "hands, cameras, light and motion are drawn from ranges that the "
+                   "tracker does not know; it starts 40 mm and 30 deg off");
+    report.beside(fmt::format("{}, middle seed", what), ours.middle(), goal(wanted), unit,
+                  "what is usual");
   };
   row("palm across the line of sight, median", across, c.goal.across_mm, "mm");
   row("palm across the line of sight, 95 %", across95, c.goal.across95_mm, "mm");
@@ -87,19 +80,17 @@ void add_accuracy(Report& report, const Case& c, const PlotDir& dir) {
   if (c.cameras == 2) row("finger tips, median", tips, 20.0, "mm");
   const auto earlier = [&](const char* what, const OverSeeds& ours, double value,
                            const char* unit) {
-    report.rows.push_back(
-        beside(fmt::format("{}, worst seed, beside the prototype", what), ours.worst(),
-               prototype(value, "vision.md"), unit,
-               "its hand, room and start were easier: sleeve, start at the truth"));
+    report.beside(fmt::format("{}, worst seed, beside the prototype", what), ours.worst(),
+                  prototype(value, "vision.md"), unit,
+                  "its hand, room and start were easier: sleeve, start at the truth");
   };
   earlier("palm across, median", across, c.prototype.across_mm, "mm");
   earlier("palm across, 95 %", across95, c.prototype.across95_mm, "mm");
   earlier("palm along, median", along, c.prototype.along_mm, "mm");
   earlier("rotation, median", turn, c.prototype.turn_deg, "deg");
   earlier("rotation, 95 %", turn95, c.prototype.turn95_deg, "deg");
-  report.rows.push_back(at_least("right after 15 frames from a start 40 mm and 30 deg off",
-                                 converged, goal(kSeeds), "seeds",
-                                 "within 25 mm and 35 deg of the truth"));
+  report.at_least("right after 15 frames from a start 40 mm and 30 deg off", converged,
+                  goal(kSeeds), "seeds", "within 25 mm and 35 deg of the truth");
 }
 
 void add_endurance(Report& report, const Case& c) {
@@ -108,14 +99,14 @@ void add_endurance(Report& report, const Case& c) {
   const auto& a = course.across_m;
   t.world.skin_patches = 15;
   const int among_skin = track_hand(t).lost();
-  report.rows.push_back(
-      at_most("error of the last 100 of 500 frames over that of the first 100",
-              quantile({a.end() - 100, a.end()}, 0.5) / quantile({a.begin(), a.begin() + 100}, 0.5),
-              goal(1.2), "1", "it does not drift; one seed"));
-  report.rows.push_back(at_most("frames lost of 500", course.lost(), goal(0), "frames",
-                                "40 mm or 60 deg off; one seed"));
-  report.rows.push_back(at_most("frames lost of 500 before 15 skin-coloured patches", among_skin,
-                                goal(0), "frames", "40 mm or 60 deg off; one seed"));
+  report.at_most(
+      "error of the last 100 of 500 frames over that of the first 100",
+      quantile({a.end() - 100, a.end()}, 0.5) / quantile({a.begin(), a.begin() + 100}, 0.5),
+      goal(1.2), "1", "it does not drift; one seed");
+  report.at_most("frames lost of 500", course.lost(), goal(0), "frames",
+                 "40 mm or 60 deg off; one seed");
+  report.at_most("frames lost of 500 before 15 skin-coloured patches", among_skin, goal(0),
+                 "frames", "40 mm or 60 deg off; one seed");
 }
 
 void add_disturbances(Report& report, const Case& c) {
@@ -133,13 +124,13 @@ void add_disturbances(Report& report, const Case& c) {
     wrong_size += course.lost();
     length = std::max(length, std::abs(course.length_ratio - 1.0));
   }
-  report.rows.push_back(at_least("right 15 frames after 20 hidden ones, of 20 seeds", regained,
-                                 goal(19), "seeds", "within 25 mm and 35 deg of the truth"));
-  report.rows.push_back(at_most("frames lost of 40 with a length wrong by 8 %, all seeds",
-                                wrong_size, goal(0), "frames", "40 mm or 60 deg off"));
-  report.rows.push_back(
-      beside("error of the length after 40 frames, told 8 % wrong, worst seed", length, goal(0.08),
-             "1", c.cameras == 1 ? "one camera cannot know it" : "two cameras refine it slowly"));
+  report.at_least("right 15 frames after 20 hidden ones, of 20 seeds", regained, goal(19), "seeds",
+                  "within 25 mm and 35 deg of the truth");
+  report.at_most("frames lost of 40 with a length wrong by 8 %, all seeds", wrong_size, goal(0),
+                 "frames", "40 mm or 60 deg off");
+  report.beside("error of the length after 40 frames, told 8 % wrong, worst seed", length,
+                goal(0.08), "1",
+                c.cameras == 1 ? "one camera cannot know it" : "two cameras refine it slowly");
 }
 
 void add_controls(Report& report, const Case& c) {
@@ -148,11 +139,10 @@ void add_controls(Report& report, const Case& c) {
     const double across = 1e3 * quantile(course.across_m, 0.95),
                  turn = degrees(quantile(course.turn_rad, 0.95)),
                  along = 1e3 * quantile(course.along_m, 0.5);
-    report.rows.push_back(holds(
+    report.holds(
         fmt::format("control, {}: misses the goals", what),
         across > c.goal.across95_mm || turn > c.goal.turn95_deg || along > c.goal.along_mm, goal(),
-        fmt::format("95 %: {:.0f} mm across and {:.0f} deg; {:.0f} mm along", across, turn,
-                    along)));
+        fmt::format("95 %: {:.0f} mm across and {:.0f} deg; {:.0f} mm along", across, turn, along));
   };
   fails("the pose stays as it began", freeze_hand(t));
   fails("centroid of skin colour alone", follow_blob(t));
@@ -175,18 +165,14 @@ std::vector<reproduce::Figure> figures() {
           segmentation_figure(),
           setup_figure(),
           symbols_figure(),
-          {.name = "hand-mono",
-           .title = "26 degrees of freedom of a hand by mutual information, one camera",
-           .source = "M18",
-           .rows = {.prototype = 5, .goal = 20},
-           .compute = [](const PlotDir& dir) { return run(kMono, dir); },
-           .cpu_minutes = 2.0},
-          {.name = "hand-stereo",
-           .title = "26 degrees of freedom of a hand by mutual information, two cameras",
-           .source = "M18",
-           .rows = {.prototype = 5, .goal = 21},
-           .compute = [](const PlotDir& dir) { return run(kStereo, dir); },
-           .cpu_minutes = 4.0}};
+          Figure(
+              "hand-mono", "26 degrees of freedom of a hand by mutual information, one camera",
+              "M18", Declared{.prototype = 5, .goal = 20},
+              [](const PlotDir& dir) { return run(kMono, dir); }, 2.0),
+          Figure(
+              "hand-stereo", "26 degrees of freedom of a hand by mutual information, two cameras",
+              "M18", Declared{.prototype = 5, .goal = 21},
+              [](const PlotDir& dir) { return run(kStereo, dir); }, 4.0)};
 }
 
 }  // namespace mimesis::sight

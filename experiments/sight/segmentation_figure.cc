@@ -12,14 +12,8 @@ namespace mimesis::sight {
 namespace {
 
 using Eigen::Vector3d;
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::beside;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::Report;
+using namespace reproduce;
 using vision::Kind;
-using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr double kNoise = 8.0;
 constexpr std::uint64_t kFirstSceneSeed =
@@ -153,8 +147,7 @@ void add_places(Report& report, const PlotDir& dir) {
     }
     rows = std::max(rows, watcher.stereo()->rows_off_px().value_or(INFINITY));
     if (dir && k == 0) {
-      report.plots.push_back(*dir / "segmentation.png");
-      draw(report.plots.back(), shown, watcher);
+      draw(report.picture(*dir / "segmentation.png"), shown, watcher);
     }
   }
   const char* scenes =
@@ -202,8 +195,8 @@ void add_false_blobs(Report& report) {
       }
     }
   }
-  report.rows.push_back(at_most("largest false region in 500 frames at noise 8", largest, goal(29),
-                                "px", "5 scenes, 100 frames each, no hand in view"));
+  report.at_most("largest false region in 500 frames at noise 8", largest, goal(29), "px",
+                 "5 scenes, 100 frames each, no hand in view");
 }
 
 /// Least and largest area of a class while the light changes within 3 s, as shares of the first
@@ -251,13 +244,10 @@ void add_light(Report& report) {
   }
   const char* why =
       "gain 0.6, 1.4, warmth 1/1.3, 1.3 and both but the brightest cool light, in 3 s";
-  report.rows.push_back(
-      at_least("least area of a class under changing light", least, goal(0.75), "1", why));
-  report.rows.push_back(
-      at_most("largest area of a class under changing light", most, goal(1.25), "1", why));
-  report.rows.push_back(beside("the same at gain 1.4 and warmth 1/1.3",
-                               areas_under(1.4, kCool).second, goal(1.25), "1",
-                               "the wall is overexposed in blue there"));
+  report.at_least("least area of a class under changing light", least, goal(0.75), "1", why);
+  report.at_most("largest area of a class under changing light", most, goal(1.25), "1", why);
+  report.beside("the same at gain 1.4 and warmth 1/1.3", areas_under(1.4, kCool).second, goal(1.25),
+                "1", "the wall is overexposed in blue there");
 }
 
 void add_changes(Report& report) {
@@ -280,12 +270,11 @@ void add_changes(Report& report) {
     }
   }
   const double never = 1e3;
-  report.rows.push_back(at_most("pictures until a stand moved by 30 mm is reported",
-                                moved_at < 0 ? never : moved_at, goal(6), "1", "suddenly"));
-  report.rows.push_back(at_most("pictures until a bar taken away is reported",
-                                gone_at < 0 ? never : gone_at, goal(60), "1",
-                                "a hand may hide it for shorter"));
-  report.rows.push_back(holds("no other change is reported", others == 0, goal()));
+  report.at_most("pictures until a stand moved by 30 mm is reported",
+                 moved_at < 0 ? never : moved_at, goal(6), "1", "suddenly");
+  report.at_most("pictures until a bar taken away is reported", gone_at < 0 ? never : gone_at,
+                 goal(60), "1", "a hand may hide it for shorter");
+  report.holds("no other change is reported", others == 0, goal());
 }
 
 Report segmentation(const PlotDir& dir) {
@@ -301,11 +290,9 @@ Report segmentation(const PlotDir& dir) {
 }  // namespace
 
 reproduce::Figure segmentation_figure() {
-  return {.name = "segmentation",
-          .title = "Things on tables that vision was not told: chroma classes, places, gaps",
-          .source = "M18",
-          .rows = {.goal = 17},
-          .compute = segmentation};
+  return Figure("segmentation",
+                "Things on tables that vision was not told: chroma classes, places, gaps", "M18",
+                Declared{.goal = 17}, segmentation);
 }
 
 }  // namespace mimesis::sight

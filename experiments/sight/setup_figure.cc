@@ -12,14 +12,7 @@ namespace mimesis::sight {
 namespace {
 
 using Eigen::Vector3d;
-using reproduce::at_most;
-using reproduce::closed_form;
-using reproduce::goal;
-using reproduce::holds;
-using reproduce::near;
-using reproduce::published;
-using reproduce::Report;
-using PlotDir = std::optional<std::filesystem::path>;
+using namespace reproduce;
 
 constexpr const char* kFigure = "Figure 2.3";
 const Vector3d kRobotOrigin(0.52, 0.0, -0.01);  // of frame T in W, as in launch/imitation.yaml
@@ -51,32 +44,31 @@ void watch_teacher(Report& report, image::Image& shown) {
     }
     const vision::ActionRecognizer& action = watcher.action();
     const auto color = light ? task::Color::light : task::Color::dark;
-    report.rows.push_back(holds(light ? "a light object is seen as one" : "a dark object, too",
-                                action.color().value == color, published(kFigure)));
+    report.holds(light ? "a light object is seen as one" : "a dark object, too",
+                 action.color().value == color, published(kFigure));
     if (!light) continue;
-    report.rows.push_back(holds("grip is precision (PG)",
-                                action.grip().value == task::Grip::precision, published(kFigure)));
-    report.rows.push_back(holds("trajectory is above the bar (AT)",
-                                action.transport().value == task::Transport::above,
-                                published(kFigure)));
+    report.holds("grip is precision (PG)", action.grip().value == task::Grip::precision,
+                 published(kFigure));
+    report.holds("trajectory is above the bar (AT)",
+                 action.transport().value == task::Transport::above, published(kFigure));
     const auto goals = watcher.stereo()->goals();
     const bool two = goals.size() == 2;
-    report.rows.push_back(holds("the higher target has the small spatial gap",
-                                two && watcher.classify(goals[0]) == task::Goal::high &&
-                                    watcher.classify(goals[1]) == task::Goal::low,
-                                published(kFigure)));
+    report.holds("the higher target has the small spatial gap",
+                 two && watcher.classify(goals[0]) == task::Goal::high &&
+                     watcher.classify(goals[1]) == task::Goal::low,
+                 published(kFigure));
     const camera::TeacherTable& table = picture.table;
     const auto gap = [&](std::size_t k) {
       return 1e3 * (two ? watcher.gap_m(goals[k]).value_or(NAN) : NAN);
     };
-    report.rows.push_back(near(
+    report.near(
         "small gap", gap(0),
         closed_form(1e3 * (table.bar_height_m - table.goal_high_y_m), "heights of bar and stand"),
-        3.0, "mm", "0.2 % of the depth, of two things"));
-    report.rows.push_back(near(
+        3.0, "mm", "0.2 % of the depth, of two things");
+    report.near(
         "large gap", gap(1),
         closed_form(1e3 * (table.bar_height_m - table.goal_low_y_m), "heights of bar and stand"),
-        3.0, "mm", "0.2 % of the depth, of two things"));
+        3.0, "mm", "0.2 % of the depth, of two things");
   }
 }
 
@@ -119,14 +111,13 @@ void watch_robot(Report& report, image::Image& shown) {
   };
   const kin::Table found = seen ? seen->table : table;
   const char* why = "cameras known exactly, 20 pictures, arm at home in view";
-  report.rows.push_back(at_most("robot's camera: place of the object",
-                                off(found.object, table.object), goal(3.0), "mm", why));
-  report.rows.push_back(at_most("robot's camera: place of the bar",
-                                off(found.bar_center, table.bar_center), goal(3.0), "mm", why));
+  report.at_most("robot's camera: place of the object", off(found.object, table.object), goal(3.0),
+                 "mm", why);
+  report.at_most("robot's camera: place of the bar", off(found.bar_center, table.bar_center),
+                 goal(3.0), "mm", why);
   for (std::size_t k = 0; k < 2; ++k) {
-    report.rows.push_back(at_most("robot's camera: " + table.goals[k].name + " goal",
-                                  off(found.goals[k].position, table.goals[k].position), goal(3.0),
-                                  "mm", why));
+    report.at_most("robot's camera: " + table.goals[k].name + " goal",
+                   off(found.goals[k].position, table.goals[k].position), goal(3.0), "mm", why);
   }
 }
 
@@ -152,11 +143,9 @@ Report setup(const PlotDir& dir) {
 }  // namespace
 
 reproduce::Figure setup_figure() {
-  return {.name = "fig-2.3",
-          .title = "What vision sees of the teacher's table, and the robot's camera of its own",
-          .source = "M18",
-          .rows = {.published = 5, .closed_form = 2, .goal = 4},
-          .compute = setup};
+  return Figure("fig-2.3",
+                "What vision sees of the teacher's table, and the robot's camera of its own", "M18",
+                Declared{.published = 5, .closed_form = 2, .goal = 4}, setup);
 }
 
 }  // namespace mimesis::sight

@@ -8,10 +8,7 @@
 namespace mimesis::sight {
 namespace {
 
-using reproduce::at_least;
-using reproduce::at_most;
-using reproduce::goal;
-using reproduce::Report;
+using namespace reproduce;
 
 constexpr std::uint64_t kFirstDemonstration = 7001;  // scenes on which nothing was chosen
 constexpr int kDemonstrations = 200;
@@ -95,35 +92,28 @@ Report symbols(const std::optional<std::filesystem::path>&) {
       "of those told, in 200 demonstrations: scene, cameras, light, colours, all eight lessons and "
       "their durations are drawn; half of the scenes have the stands the other way round";
   const auto add = [&](const char* name, const Score& s) {
-    report.rows.push_back(
-        at_least(fmt::format("{} right", name), s.share_right(), goal(99.0), "%", why));
-    report.rows.push_back(
-        at_most(fmt::format("{} not told", name), 100.0 * s.untold / kDemonstrations, goal(2.0),
-                "%", "of 200; not told, or wrong:" + (s.missed.empty() ? " none" : s.missed)));
+    report.at_least(fmt::format("{} right", name), s.share_right(), goal(99.0), "%", why);
+    report.at_most(fmt::format("{} not told", name), 100.0 * s.untold / kDemonstrations, goal(2.0),
+                   "%", "of 200; not told, or wrong:" + (s.missed.empty() ? " none" : s.missed));
   };
   add("grip", scores.grip);
   add("transport", scores.transport);
   add("goal", scores.goal);
   add("colour of the object", scores.color);
-  report.rows.push_back(at_most("symbols changed after they were told",
-                                scores.grip.flips + scores.transport.flips + scores.goal.flips,
-                                goal(0), "1", "grip, transport, goal"));
-  report.rows.push_back(at_least("demonstrations seen to their end",
-                                 100.0 * scores.complete / kDemonstrations, goal(98.0), "%",
-                                 "object at rest on a goal, hand away"));
+  report.at_most("symbols changed after they were told",
+                 scores.grip.flips + scores.transport.flips + scores.goal.flips, goal(0), "1",
+                 "grip, transport, goal");
+  report.at_least("demonstrations seen to their end", 100.0 * scores.complete / kDemonstrations,
+                  goal(98.0), "%", "object at rest on a goal, hand away");
   return report;
 }
 
 }  // namespace
 
 reproduce::Figure symbols_figure() {
-  return {
-      .name = "symbols",
-      .title = "What vision tells of demonstrations that it was not told: grip, transport, goal",
-      .source = "M18",
-      .rows = {.goal = 10},
-      .compute = symbols,
-      .cpu_minutes = 22.0};
+  return Figure("symbols",
+                "What vision tells of demonstrations that it was not told: grip, transport, goal",
+                "M18", Declared{.goal = 10}, symbols, 22.0);
 }
 
 }  // namespace mimesis::sight

@@ -1,4 +1,4 @@
-// Replaces figures.cc and films.cc in a build without DART: every figure is listed and refuses to
+// Replaces the figures in a build without DART: every figure is listed and refuses to
 // run.
 #include <stdexcept>
 #include <string>
@@ -20,15 +20,7 @@ auto refusal(const std::string& name) {
 std::vector<reproduce::Figure> figures() {
   std::vector<reproduce::Figure> out;
   for (const Title& t : kTitles) {
-    out.push_back({t.name, t.title, t.source, t.rows, refusal(t.name), {}, t.cpu_minutes});
-  }
-  return out;
-}
-
-std::vector<reproduce::Figure> films() {
-  std::vector<reproduce::Figure> out;
-  for (const FilmTitle& t : {kWalkArms, kWalkDrawer, kWalkPush}) {
-    out.push_back({t.name, t.title, "M18", t.rows, refusal(t.name)});
+    out.push_back({t.name, t.title, t.source, t.rows, refusal(t.name), t.cpu_minutes});
   }
   return out;
 }

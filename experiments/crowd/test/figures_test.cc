@@ -2,60 +2,41 @@
 // are the slow suite, as in experiments/motion.
 #include "experiments/crowd/figures.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <set>
 
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/hopf_trials.h"
-#include "experiments/crowd/statistics.h"
+#include "experiments/harness/statistics.h"
+#include "experiments/harness/test/figure_rows.h"
 
 namespace mimesis::crowd {
 namespace {
 
 const std::set<std::string> kSlow = {"fig-4.5", "fig-4.6", "head-on", "random-starts", "table-4.1"};
 
-std::vector<std::string> names() {
-  std::vector<std::string> out;
-  for (const reproduce::Figure& figure : figures()) {
-    if (figure.name != "crowd-scaling") out.push_back(figure.name);  // times, not numbers
-  }
-  return out;
-}
-
-class FigureRows : public testing::TestWithParam<std::string> {};
-
-TEST_P(FigureRows, Hold) {
-  const auto all = figures();
-  const reproduce::Report report =
-      std::ranges::find(all, GetParam(), &reproduce::Figure::name)->run(std::nullopt);
-  EXPECT_FALSE(report.rows.empty());
-  EXPECT_TRUE(report.plots.empty());
-  for (const reproduce::Row& row : report.rows) {
-    EXPECT_TRUE(row.passed) << row.what << ": " << row.ours << " of " << row.reference.value << ' '
-                            << row.unit;
-  }
-}
-
-std::string test_name(const testing::TestParamInfo<std::string>& info) {
-  std::string name = info.param;
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
-  }
-  return name;
-}
-std::vector<std::string> chosen(bool slow) {
-  auto all = names();
-  std::erase_if(all, [slow](const std::string& name) { return kSlow.contains(name) != slow; });
+std::vector<reproduce::Figure> repeatable() {
+  auto all = figures();
+  std::erase_if(all,
+                [](const auto& f) { return f.name == "crowd-scaling"; });  // times, not numbers
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(Quick, FigureRows, testing::ValuesIn(chosen(false)), test_name);
-INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows, testing::ValuesIn(chosen(true)), test_name);
+
+class FigureRows : public testing::TestWithParam<reproduce::Figure> {};
+
+TEST_P(FigureRows, Hold) { reproduce::expect_rows_hold(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(Quick, FigureRows,
+                         testing::ValuesIn(reproduce::chosen(repeatable(), kSlow, false)),
+                         reproduce::test_name);
+INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows,
+                         testing::ValuesIn(reproduce::chosen(repeatable(), kSlow, true)),
+                         reproduce::test_name);
 
 TEST(Figures, AreThoseThatWereAskedFor) {
-  const auto all = names();
-  const std::set<std::string> have(all.begin(), all.end());
+  const auto all = repeatable();
+  std::set<std::string> have;
+  for (const auto& f : all) have.insert(f.name);
   EXPECT_EQ(have.size(), all.size());
   for (const char* name :
        {"table-4.1", "fig-4.3", "fig-4.5", "fig-4.6", "fig-4.7", "fig-4.11", "fig-4.12", "fig-4.13",
@@ -73,7 +54,7 @@ TEST(Figures, SameNumbersEveryTime) {
 TEST(HopfTrials, RateOfAPairIsTwiceTheCoupling) {
   const HopfOutcome o = run({.topology = Topology::chain, .n = 2, .k_1_s = 0.8, .trials = 20});
   EXPECT_EQ(o.synchronised, 20);
-  EXPECT_NEAR(median(o.rate_1_s), 1.6, 0.008);
+  EXPECT_NEAR(reproduce::median(o.rate_1_s), 1.6, 0.008);
 }
 
 TEST(HopfTrials, WeakCouplingOnARingLeavesTwistedStates) {  // below the bound nothing is promised
@@ -100,9 +81,9 @@ TEST(TiedCrowd, PhasesAndPlacesStayTied) {
 }
 
 TEST(Statistics, MedianOfEvenAndOdd) {
-  EXPECT_EQ(median({3.0, 1.0, 2.0}), 2.0);
-  EXPECT_EQ(median({4.0, 1.0, 2.0, 3.0}), 2.5);
-  EXPECT_TRUE(std::isnan(median({})));
+  EXPECT_EQ(reproduce::median({3.0, 1.0, 2.0}), 2.0);
+  EXPECT_EQ(reproduce::median({4.0, 1.0, 2.0, 3.0}), 2.5);
+  EXPECT_TRUE(std::isnan(reproduce::median({})));
 }
 
 }  // namespace

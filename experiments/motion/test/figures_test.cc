@@ -2,12 +2,10 @@
 // runs it under the label `slow`, and here --gtest_also_run_disabled_tests --gtest_filter='*Slow*'.
 #include "experiments/motion/figures.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <set>
 
 #include "common/motion/mocap/test/shared_folder.h"
+#include "experiments/harness/test/figure_rows.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -19,40 +17,26 @@ const std::set<std::string> kSlow = {"blending", "demixing", "fig-3.10", "fig-3.
 const std::set<std::string> kFromRecordings = {"blending", "demixing", "fig-3.10",   "fig-3.11",
                                                "fig-3.31", "fig-3.33", "walk-styles"};
 
-std::vector<std::string> names(bool slow) {
-  std::vector<std::string> out;
-  for (const reproduce::Figure& figure : figures()) {
-    if (kSlow.contains(figure.name) == slow) out.push_back(figure.name);
-  }
-  return out;
+std::vector<reproduce::Figure> chosen(bool slow) {
+  auto all = figures();
+  std::erase_if(all, [&](const auto& f) { return kSlow.contains(f.name) != slow; });
+  return all;
 }
 
-class FigureRows : public ::testing::TestWithParam<std::string> {};
+class FigureRows : public ::testing::TestWithParam<reproduce::Figure> {};
 
 TEST_P(FigureRows, Hold) {
-  if (kFromRecordings.contains(GetParam()) && !std::filesystem::exists(mocap::shared_mocap())) {
+  if (kFromRecordings.contains(GetParam().name) &&
+      !std::filesystem::exists(mocap::shared_mocap())) {
     GTEST_SKIP() << "not here: " << mocap::shared_mocap() << " is absent";
   }
-  const auto all = figures();
-  const reproduce::Report report =
-      std::ranges::find(all, GetParam(), &reproduce::Figure::name)->run(std::nullopt);
-  EXPECT_FALSE(report.rows.empty());
-  for (const reproduce::Row& row : report.rows) {
-    EXPECT_TRUE(row.passed) << row.what << ": " << row.ours << ' ' << row.unit << ", expected "
-                            << row.reference.value;
-  }
-  EXPECT_TRUE(report.plots.empty());
+  reproduce::expect_rows_hold(GetParam());
 }
 
-std::string as_word(const ::testing::TestParamInfo<std::string>& info) {
-  std::string word = info.param;
-  std::ranges::replace_if(
-      word, [](char c) { return c == '-' || c == '.'; }, '_');
-  return word;
-}
-
-INSTANTIATE_TEST_SUITE_P(Quick, FigureRows, ::testing::ValuesIn(names(false)), as_word);
-INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows, ::testing::ValuesIn(names(true)), as_word);
+INSTANTIATE_TEST_SUITE_P(Quick, FigureRows, ::testing::ValuesIn(chosen(false)),
+                         reproduce::test_name);
+INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows, ::testing::ValuesIn(chosen(true)),
+                         reproduce::test_name);
 
 TEST(Figures, HaveNamesOfTheirOwn) {
   std::set<std::string> seen;

@@ -4,9 +4,6 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "common/testing/no_malloc.h"
-#include "experiments/motion/svr_character.h"
-#include "nodes/synthesizer/dynamics/character_batch.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer {
@@ -25,7 +22,6 @@ TEST(SourceMap, LearnsASourceOverTheCircle) {
                   model.sources(k, t), 3e-4);
     }
   }
-  EXPECT_EQ(tabulate(maps, 0, 100), tabulate(learn_source_maps(model), 0, 100));
 }
 
 TEST(SourceMap, DelaysAreRotations) {  // s(t − τ), not s(t + τ)
@@ -46,51 +42,6 @@ TEST(SourceMap, BadDataIsRefused) {
                ConfigError);
   EXPECT_THROW(SourceMap(Eigen::Matrix2Xd::Zero(2, 1), Eigen::VectorXd::Zero(1), {.gamma = -1.0}),
                ConfigError);
-}
-
-/// Largest difference of the fast path to the plain one over a cycle [rad].
-double worst_difference(motion::MotionModel model) {
-  SvrCharacter plain(model, 5.0, 0.005);
-  model.sources = tabulate(plain.maps(), model.fixed, 200);
-  CharacterBatch fast(model, 1, {.dt_s = 0.005});
-  double worst = 0.0;
-  for (int n = 0; n < 400; ++n) {
-    plain.step();
-    fast.step();
-    for (int r = 0; r < fast.rows(); ++r) {
-      const double a = static_cast<double>(fast.angles(0)[std::size_t(r)]);
-      worst = std::max(worst, std::abs(a - plain.angles()[r]));
-    }
-  }
-  return worst;
-}
-
-TEST(SvrCharacter, TheFastPathAgreesWithinAThousandthOfARadian) {
-  for (const int fixed : {0, 1}) {
-    const double worst = worst_difference(testing::random_model(8, 4, 1, fixed));
-    RecordProperty("worst_rad", std::to_string(worst));
-    EXPECT_LT(worst, 1e-3) << fixed;
-  }
-}
-
-TEST(SvrCharacter, LeavesThatLagChangeTheMotionUntilTheyHaveFollowed) {
-  const motion::MotionModel model = testing::random_model(8);
-  SvrCharacter lagging(model, 5.0, 0.005), straight(model, 5.0, 0.005);
-  lagging.network().set_phase(2, 1.0);
-  lagging.step();
-  straight.step();
-  EXPECT_GT((lagging.angles() - straight.angles()).norm(), 0.1);
-  for (int n = 0; n < 600; ++n) {
-    lagging.step();
-    straight.step();
-  }
-  EXPECT_LT((lagging.angles() - straight.angles()).norm(), 1e-6);
-}
-
-TEST(SvrCharacter, StepsWithoutAllocation) {
-  SvrCharacter character(testing::random_model(8, 4, 1, 1), 5.0, 0.005);
-  const mimesis::testing::NoMalloc guard;
-  for (int n = 0; n < 3; ++n) character.step();
 }
 
 }  // namespace

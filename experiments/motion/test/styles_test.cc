@@ -45,5 +45,15 @@ TEST(Styles, AverageThePatternsOfANameAfterTheAmbiguitiesAreGone) {
   EXPECT_THROW(styles_of(model), ConfigError);
 }
 
+TEST(Styles, BalancedMixtureIsEquation3_28) {
+  const auto walk = [](double w) {
+    return MotionParameters{Eigen::VectorXd::Constant(1, w), Eigen::MatrixXd::Constant(1, 1, w),
+                            Eigen::MatrixXd::Zero(1, 1), 6.0};
+  };
+  const MotionParameters m = balanced_mixture(walk(1), walk(2), walk(4), 0.5);
+  EXPECT_NEAR(m.weight_rad(0, 0), 0.75 + 0.125 * (1.5 * 2 + 0.5 * 4), 1e-15);
+  EXPECT_NEAR(m.frequency_rad_s, 6.0, 1e-12);
+}
+
 }  // namespace
 }  // namespace mimesis::synthesizer

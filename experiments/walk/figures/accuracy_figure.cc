@@ -1,5 +1,3 @@
-// Places that a walk comes to whose footprints the pattern generator makes of learned velocities,
-// and whose hands learned joint angles lead, by the number of sources [M18 3.8.3, fig. 3.41].
 #include <algorithm>
 #include <array>
 
@@ -10,9 +8,7 @@
 
 namespace mimesis::walk {
 
-using reproduce::goal;
-using reproduce::published;
-using reproduce::Report;
+using namespace reproduce;
 
 namespace {
 
@@ -85,20 +81,19 @@ int falls_of(const std::vector<FreeWalk>& walks) {
 }
 
 void add_resynthesis(const std::string& name, const std::vector<FreeWalk>& walks, Report& report) {
-  report.rows.push_back(reproduce::near(name + " sources: falls", falls_of(walks), goal(0), 0, "1",
-                                        "none is told of"));
+  report.near(name + " sources: falls", falls_of(walks), goal(0), 0, "1", "none is told of");
   std::vector<double> all;
   for (const Quantity& q : kQuantities) {
     std::ranges::copy(errors_of(walks, q), std::back_inserter(all));
-    report.rows.push_back(reproduce::at_most(
-        name + " sources: " + q.name + ", largest error", largest_error(walks, q),
-        published(kMostError_m, "M18 3.8.3"), "m", "\"always below 10 mm\"; length of the vector"));
+    report.at_most(name + " sources: " + q.name + ", largest error", largest_error(walks, q),
+                   published(kMostError_m, "M18 3.8.3"), "m",
+                   "\"always below 10 mm\"; length of the vector");
   }
   const auto small =
       static_cast<double>(std::ranges::count_if(all, [](double e) { return e < 0.005; }));
-  report.rows.push_back(reproduce::at_least(name + " sources: share of errors below 5 mm",
-                                            small / static_cast<double>(all.size()), 0.5, "1",
-                                            "\"often below 5 mm\" [M18 3.8.3]"));
+  report.at_least(name + " sources: share of errors below 5 mm",
+                  small / static_cast<double>(all.size()), 0.5, "1",
+                  "\"often below 5 mm\" [M18 3.8.3]");
 }
 
 /// Middles between two training trials of one pace, of each of the four.
@@ -124,16 +119,18 @@ double made_off_m(DrawerStudy& study, VelocityStudy& free) {
 
 }  // namespace
 
+/// Places that a walk comes to whose footprints the pattern generator makes of learned velocities,
+/// and whose hands learned joint angles lead, by the number of sources [M18 3.8.3, fig. 3.41].
 Report accuracy(const PlotDir& plot_dir) {
   DrawerStudy& study = DrawerStudy::shared();
   VelocityStudy free(study.robot(), study.trials());
   Report report;
-  report.rows.push_back(reproduce::at_most(
+  report.at_most(
       "training trials: lengths walked, largest difference from the human-like ones",
       made_off_m(study, free), 0.06, "m",
       "the mean about a landing takes a quarter of an action from its neighbours: at most a "
       "quarter "
-      "of the lengths' difference, 0.086 m, of which the stopping foot makes up some"));
+      "of the lengths' difference, 0.086 m, of which the stopping foot makes up some");
   const std::vector<std::size_t> trials = study.chosen_trials();
   Walks walks;
   for (const Sources& s : kSources) {
@@ -143,23 +140,23 @@ Report accuracy(const PlotDir& plot_dir) {
   const Quantity& reach = kQuantities.back();
   walks.emplace_back("1", free.resynthesis(kOneSource, trials));
   const double one = largest_error(walks.back().second, reach);
-  report.rows.push_back(reproduce::at_least(
+  report.at_least(
       "1 source: reach, largest error", one, kMostError_m, "m",
-      "control: one source misses what three sizes of model keep, so that the errors are theirs"));
-  report.rows.push_back(reproduce::at_least(
+      "control: one source misses what three sizes of model keep, so that the errors are theirs");
+  report.at_least(
       "reach, largest error: 1 source / " + kSources[1].text(),
       one / largest_error(walks[1].second, reach), 3.0, "1",
       "1 and 7 sources leave 0.09 and 0.0003 of the variance, amplitudes as 17 to 1; what both "
-      "share, the physics' 2 mm, hides more of it the smaller it is"));
+      "share, the physics' 2 mm, hides more of it the smaller it is");
   const auto novel = free.inference(kSources[1], novel_places());
   for (const Quantity& q : kQuantities) {
-    report.rows.push_back(reproduce::at_most(
+    report.at_most(
         std::string("novel goals, ") + kSources[1].text() + " sources: " + q.name +
             ", largest error",
         largest_error(novel, q), kMostError_m, "m",
         "by the maps, for the reach with the goal moved by what kinematics say the hand misses; in "
         "the "
-        "middle between two trained places; nothing is published, 10 mm are of training trials"));
+        "middle between two trained places; nothing is published, 10 mm are of training trials");
   }
   if (plot_dir) report.plots.push_back(plot_accuracy(*plot_dir, walks));
   return report;

@@ -4,83 +4,33 @@
 #include <cmath>
 
 #include "experiments/walk/figures.h"
-#include "experiments/walk/film/scene.h"
 #include "experiments/walk/study/drawer_rows.h"
 #include "experiments/walk/study/drawer_study.h"
 
 namespace mimesis::walk {
 
 using hw::sim::Plant;
-using reproduce::goal;
-using reproduce::published;
-using reproduce::Report;
+using namespace reproduce;
 
 // Behaviours for the smallest and largest steps and goal distances, and those between [M18 3.8.4,
 // fig. 3.44].
-namespace {
-
-constexpr double kStrip_s = 0.2;  // between pictures that a strip is chosen from
-
-/// Two walks, the smallest and the largest, each seen by `use`.
-template <class Use>
-void shoot(double picture_s, const Use& use) {
-  DrawerStudy& study = DrawerStudy::shared();
-  const Robot& robot = *study.robot().robot;
-  const std::vector<DrawerGoal> goals = extreme_goals();
-  for (const auto& [name, number] : {std::pair{"fig-3.44-smallest", std::size_t{0}},
-                                     std::pair{"fig-3.44-largest", goals.size() - 1}}) {
-    Scene scene(robot, {.from_s = 1.5,
-                        .camera_rad = -1.25,
-                        .height_m = 1.9,
-                        .aspect = 1.35,
-                        .fixed_W_m = Eigen::Vector2d(0.95, 0.0),
-                        .picture_s = picture_s});
-    const DrawerTrialSpec spec = online_spec(robot, study.actions(kSources[1]), goals[number],
-                                             hw::sim::Plant::springs, number);
-    run_online(spec, [&](const DrawerTick& tick) {
-      const film::FilmDrawer seen{tick.drawer.front_W_m, tick.drawer.handle_W_m,
-                                  tick.drawer.object_W_m};
-      scene.see(tick.trial, &seen);
-    });
-    use(scene, std::string(name));
-  }
-}
-
-}  // namespace
-
-Report extremes(const PlotDir& plot_dir) {
+Report extremes(const PlotDir&) {
   DrawerStudy& study = DrawerStudy::shared();
   const auto outcomes = study.extremes();
   Report report;
-  report.rows.push_back(reproduce::near("falls", falls(outcomes), published(0, "M18 3.8.4"), 0, "1",
-                                        "\"for all tested intermediate step sizes a human-like "
-                                        "coordinated behavior was generated\""));
-  report.rows.push_back(reproduce::holds(
-      "every object is taken",
-      std::ranges::all_of(outcomes, [](const Outcome& o) { return o.taken; }), goal()));
+  report.near("falls", falls(outcomes), published(0, "M18 3.8.4"), 0, "1",
+              "\"for all tested intermediate step sizes a human-like "
+              "coordinated behavior was generated\"");
+  report.holds("every object is taken",
+               std::ranges::all_of(outcomes, [](const Outcome& o) { return o.taken; }), goal());
   const auto row = [&](const char* what, double (*value)(const Outcome&)) {
-    report.rows.push_back(reproduce::at_most(what, largest(outcomes, value),
-                                             published(kMostError_m, "M18 3.8.3"), "m",
-                                             "\"always below 10 mm\", of training trials"));
+    report.at_most(what, largest(outcomes, value), published(kMostError_m, "M18 3.8.3"), "m",
+                   "\"always below 10 mm\", of training trials");
   };
   row("size of action 1 (50.5-56.1 cm), largest error", normal_error);
   row("size of action 2 (16.3-35.9 cm), largest error", reaching_error);
   row("reach (66.3-75.5 cm), largest error of the hand when it grips", reach_error);
-  if (plot_dir) {
-    shoot(kStrip_s, [&](const Scene& scene, const std::string& name) {
-      report.plots.push_back(*plot_dir / (name + ".png"));
-      scene.write_strip(report.plots.back(), 8);
-    });
-  }
   return report;
-}
-
-Paths extremes_film(const std::filesystem::path& dir) {
-  std::vector<std::filesystem::path> out;
-  shoot(0.04, [&](const Scene& scene, const std::string& name) {
-    std::ranges::copy(scene.write(dir, name, 8), std::back_inserter(out));
-  });
-  return out;
 }
 
 // The drawer jumps while the robot comes: from two places to the same one [M18 3.8.4, fig. 3.45].
@@ -88,15 +38,15 @@ namespace {
 
 constexpr double kFinal_m = 1.75, kDepth_m = 0.2;
 struct Row {
-  const char *name, *what;
+  const char* what;
   double by_m, at_s;
 };
-constexpr std::array kRows = {Row{"fig-3.45-away", "jumps away by 0.2 m", 0.2, 3.5},
-                              Row{"fig-3.45-nearer", "jumps nearer by 0.2 m", -0.2, 4.5}};
+constexpr std::array kRows = {Row{"jumps away by 0.2 m", 0.2, 3.5},
+                              Row{"jumps nearer by 0.2 m", -0.2, 4.5}};
 
 DrawerTrialSpec spec_of(DrawerStudy& study, const Row& row) {
   DrawerTrialSpec spec;
-  spec.name = row.name;
+  spec.name = row.what;
   spec.robot = study.robot().robot;
   spec.actions = &study.actions(kSources[1]);
   spec.front_m = kFinal_m - row.by_m;
@@ -106,63 +56,29 @@ DrawerTrialSpec spec_of(DrawerStudy& study, const Row& row) {
   return spec;
 }
 
-Scene scene_of(const DrawerStudy& study, double picture_s) {
-  return {*study.robot().robot,
-          {.from_s = 1.5,
-           .camera_rad = -1.25,
-           .height_m = 1.9,
-           .aspect = 1.35,
-           .fixed_W_m = Eigen::Vector2d(0.95, 0.0),
-           .picture_s = picture_s}};
-}
-
-void see(Scene& scene, const DrawerTick& tick) {
-  const film::FilmDrawer seen{tick.drawer.front_W_m, tick.drawer.handle_W_m,
-                              tick.drawer.object_W_m};
-  scene.see(tick.trial, &seen);
-}
-
 }  // namespace
 
-Report jumps(const PlotDir& plot_dir) {
+Report jumps(const PlotDir&) {
   DrawerStudy& study = DrawerStudy::shared();
   Report report;
   for (const Row& row : kRows) {
-    Scene scene = scene_of(study, 0.2);
     double feet_m = 0.0;
     const DrawerResult result = run_drawer_trial(spec_of(study, row), [&](const DrawerTick& tick) {
       feet_m = 0.5 * (tick.trial.truth.X_WS[0](0, 3) + tick.trial.truth.X_WS[1](0, 3));
-      see(scene, tick);
     });
     const std::string what = std::string(row.what) + ": ";
     const Outcome outcome = outcome_of(result.walk, {});
-    report.rows.push_back(reproduce::near(what + "falls", outcome.fell, goal(0), 0, "1"));
-    report.rows.push_back(reproduce::holds(what + "the object is taken", result.taken,
-                                           published("M18 fig. 3.45"),
-                                           "moments d and e of the figure"));
-    report.rows.push_back(reproduce::near(
-        what + "middle of the feet before the front, at the end", kFinal_m - feet_m, goal(0.51),
-        0.055, "m", "where the trained robot is at ease; half of the distances it knows"));
-    report.rows.push_back(reproduce::at_most(what + "hand at the object, error",
-                                             result.taken ? result.reach_error_m : std::nan(""),
-                                             0.010, "m", "goal of the task; no figure published"));
-    if (plot_dir) {
-      report.plots.push_back(*plot_dir / (std::string(row.name) + ".png"));
-      scene.write_strip(report.plots.back(), 8);
-    }
+    report.near(what + "falls", outcome.fell, goal(0), 0, "1");
+    report.holds(what + "the object is taken", result.taken, published("M18 fig. 3.45"),
+                 "moments d and e of the figure");
+    report.near(what + "middle of the feet before the front, at the end", kFinal_m - feet_m,
+                goal(0.51), 0.055, "m",
+                "where the trained robot is at ease; half of the distances it knows");
+    report.at_most(what + "hand at the object, error",
+                   result.taken ? result.reach_error_m : std::nan(""), 0.010, "m",
+                   "goal of the task; no figure published");
   }
   return report;
-}
-
-Paths jumps_film(const std::filesystem::path& dir) {
-  DrawerStudy& study = DrawerStudy::shared();
-  std::vector<std::filesystem::path> out;
-  for (const Row& row : kRows) {
-    Scene scene = scene_of(study, 0.04);
-    run_drawer_trial(spec_of(study, row), [&](const DrawerTick& tick) { see(scene, tick); });
-    std::ranges::copy(scene.write(dir, row.name, 8), std::back_inserter(out));
-  }
-  return out;
 }
 
 // Variability of the ZMP across the way: originals of the pattern generator, mixtures of training
@@ -192,9 +108,8 @@ Report zmp_spread(const PlotDir& plot_dir) {
   DrawerStudy& study = DrawerStudy::shared();
   Report report;
   const Spread original = spread_of(values_of(study.originals(), zmp_std));
-  report.rows.push_back(reproduce::at_most(
-      "WPG's originals: mean STD", original.mean, 0.02, "m",
-      "two thirds of the half width that the pattern keeps to; the text has no figures"));
+  report.at_most("WPG's originals: mean STD", original.mean, 0.02, "m",
+                 "two thirds of the half width that the pattern keeps to; the text has no figures");
   const char* why =
       "\"not significantly higher\", \"relatively independent of the number of sources\" [M18 "
       "3.8.4], without figures: by less than the originals differ among themselves, or 20 %";
@@ -202,20 +117,16 @@ Report zmp_spread(const PlotDir& plot_dir) {
   for (const Sources& s : kSources) {
     const Spread again = spread_of(values_of(study.resynthesis(s), zmp_std));
     const Spread novel = spread_of(values_of(study.inference(s, Goals::every_third), zmp_std));
-    report.rows.push_back(
-        reproduce::at_most(s.text() + " sources, resynthesis: mean STD / originals'",
-                           again.mean / original.mean, bound, "1", why));
-    report.rows.push_back(
-        reproduce::at_most(s.text() + " sources, novel goals: mean STD / originals'",
-                           novel.mean / original.mean, bound, "1", why));
+    report.at_most(s.text() + " sources, resynthesis: mean STD / originals'",
+                   again.mean / original.mean, bound, "1", why);
+    report.at_most(s.text() + " sources, novel goals: mean STD / originals'",
+                   novel.mean / original.mean, bound, "1", why);
   }
   if (plot_dir) {
     std::vector<plot::Data> data;
-    const auto file = *plot_dir / "fig-3.46.png";
     const std::string panel = bars_panel(zmp_bars(study), "zmp", 0.0, 0.0, data);
-    plot::plot_png(file, 760, 460, data,
+    plot::plot_png(report.picture(*plot_dir / "fig-3.46.png"), 760, 460, data,
                    "set ylabel 'STD of the lateral ZMP in single support [mm]'\n" + panel);
-    report.plots.push_back(file);
   }
   return report;
 }
@@ -234,27 +145,23 @@ void add_ours(const std::string& name, const std::vector<Outcome>& all, Report& 
   for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
     const std::vector<Outcome> ten = speed_class(all, c);
     const std::string what = name + ", " + kSpeeds[c] + ": ";
-    report.rows.push_back(
-        reproduce::near(what + "falls of 10", falls(ten), published(0, "M18 table 3.1"), 0, "1"));
-    report.rows.push_back(
-        reproduce::near(what + "objects taken of 10",
-                        static_cast<double>(std::ranges::count_if(ten, &Outcome::taken)), goal(10),
-                        0, "1", "every sequence ends with the object in the hand"));
-    report.rows.push_back(reproduce::at_most(
+    report.near(what + "falls of 10", falls(ten), published(0, "M18 table 3.1"), 0, "1");
+    report.near(what + "objects taken of 10",
+                static_cast<double>(std::ranges::count_if(ten, &Outcome::taken)), goal(10), 0, "1",
+                "every sequence ends with the object in the hand");
+    report.at_most(
         what + "ankle pitch torque, largest", largest(ten, ankle), goal(kMostAtSole_n_m), "N m",
-        "low-passed by 20 ms; motors stop at HRP-2's 30 [M18 3.8.4], the foot's inertia adds"));
-    report.rows.push_back(reproduce::at_most(
-        what + "ground reaction force, largest", largest(ten, normal_force),
-        published(kMostNormal_n, "M18 3.8.4"), "N", "limit of HRP-2; low-passed by 20 ms"));
-    report.rows.push_back(reproduce::at_most(what + "sole off its planned place, largest",
-                                             largest(ten, step_error), kMostError_m, "m",
-                                             "goal of the project; published are travels only"));
+        "low-passed by 20 ms; motors stop at HRP-2's 30 [M18 3.8.4], the foot's inertia adds");
+    report.at_most(what + "ground reaction force, largest", largest(ten, normal_force),
+                   published(kMostNormal_n, "M18 3.8.4"), "N",
+                   "limit of HRP-2; low-passed by 20 ms");
+    report.at_most(what + "sole off its planned place, largest", largest(ten, step_error),
+                   kMostError_m, "m", "goal of the project; published are travels only");
     const double travel = std::max(largest(ten, normal_error), largest(ten, reaching_error));
-    report.rows.push_back(reproduce::at_most(what + "size of actions 1 and 2, largest error",
-                                             travel, goal(kMostWithSenses_m), "m", kPrintedError));
-    report.rows.push_back(reproduce::at_most(what + "reach, largest error",
-                                             largest(ten, reach_error), goal(kMostWithSenses_m),
-                                             "m", kPrintedError));
+    report.at_most(what + "size of actions 1 and 2, largest error", travel, goal(kMostWithSenses_m),
+                   "m", kPrintedError);
+    report.at_most(what + "reach, largest error", largest(ten, reach_error),
+                   goal(kMostWithSenses_m), "m", kPrintedError);
   }
 }
 
@@ -282,11 +189,11 @@ std::array<double, 3> add_naive(DrawerStudy& study, const Playing& how, Report& 
     for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
       const std::vector<double> fell = naive_falls(study, kSources[i], c, how);
       all[c] += spread_of(fell).mean;
-      report.rows.push_back(reproduce::beside(
+      report.beside(
           fmt::format("ML {}, {}, {}: falls of 10", how.text(), kSources[i].text(), kSpeeds[c]),
           spread_of(fell).mean, published(kPrinted[i][c], "M18 table 3.1"), "1",
           fmt::format("of {} models: {}; \"varies in a non-systematic manner\" [M18 3.8.4]",
-                      kNaiveModels, fmt::join(fell, ", "))));
+                      kNaiveModels, fmt::join(fell, ", ")));
     }
   }
   return all;
@@ -344,20 +251,17 @@ Report falls_table(const PlotDir& plot_dir) {
   Report report;
   const std::array<double, 3> naive = add_naive(study, kWays[0], report);
   for (std::size_t i = 1; i < kWays.size(); ++i) add_naive(study, kWays[i], report);
-  report.rows.push_back(reproduce::at_least(
-      "ML, all: falls of 90 (printed: 35)", naive[0] + naive[1] + naive[2], 9, "1",
-      "\"often resulted in falling\" [M18 3.8.4]: a tenth of all at the least"));
-  report.rows.push_back(
-      reproduce::at_least("ML, fast: falls of 30 (printed: 19)", naive[2], 3, "1",
-                          "\"a significant number of cases\" [M18 3.8.4]: a tenth at the least"));
+  report.at_least("ML, all: falls of 90 (printed: 35)", naive[0] + naive[1] + naive[2], 9, "1",
+                  "\"often resulted in falling\" [M18 3.8.4]: a tenth of all at the least");
+  report.at_least("ML, fast: falls of 30 (printed: 19)", naive[2], 3, "1",
+                  "\"a significant number of cases\" [M18 3.8.4]: a tenth at the least");
   add_ours("ours, springs", study.inference(kSources[1], Goals::all), report);
   add_ours("ours, servos", study.inference(kSources[1], Goals::all, Plant::servo), report);
   const std::string alone = "controls: the way of playing alone, with the WPG's own angles; ";
   for (const Playing& how : kWays) {
-    report.rows.push_back(reproduce::near(
-        fmt::format("WPG's angles played with feedback, {}: falls of 8", how.text()),
-        falls(study.played_originals(how)), published(0, "M18 3.8.4"), 0, "1",
-        alone + "what falls above falls by the learned angles"));
+    report.near(fmt::format("WPG's angles played with feedback, {}: falls of 8", how.text()),
+                falls(study.played_originals(how)), published(0, "M18 3.8.4"), 0, "1",
+                alone + "what falls above falls by the learned angles");
   }
   if (plot_dir) report.plots.push_back(plot_falls(*plot_dir, study));
   return report;
@@ -387,12 +291,10 @@ std::vector<Bar> peak_bars(DrawerStudy& study, double (*value)(const Outcome&)) 
 
 void add_limits(const std::string& what, const std::vector<Outcome>& o, Report& report) {
   const char* why = "limit of HRP-2; low-passed by 20 ms";
-  report.rows.push_back(reproduce::at_most(what + ": ankle pitch torque, largest peak",
-                                           largest(o, ankle),
-                                           published(kMostAnkle_n_m, "M18 3.8.4"), "N m", why));
-  report.rows.push_back(reproduce::at_most(what + ": ground reaction force, largest peak",
-                                           largest(o, normal_force),
-                                           published(kMostNormal_n, "M18 3.8.4"), "N", why));
+  report.at_most(what + ": ankle pitch torque, largest peak", largest(o, ankle),
+                 published(kMostAnkle_n_m, "M18 3.8.4"), "N m", why);
+  report.at_most(what + ": ground reaction force, largest peak", largest(o, normal_force),
+                 published(kMostNormal_n, "M18 3.8.4"), "N", why);
 }
 
 double share_beyond(const std::vector<Outcome>& o, double (*value)(const Outcome&), double limit) {
@@ -418,47 +320,43 @@ Report peaks(const PlotDir& plot_dir) {
       std::ranges::copy(study.naive_inference(s, Goals::every_third, 0, how),
                         std::back_inserter(novel));
     }
-    report.rows.push_back(reproduce::at_least(
+    report.at_least(
         fmt::format("naive, {}: share of walks to novel goals beyond the ankle's limit",
                     how.text()),
         share_beyond(novel, ankle, kMostAnkle_n_m), 0.5, "1",
-        "\"almost all torque peak values exceed 30 Nm\", no figure [M18 3.8.4]; falls included"));
-    report.rows.push_back(reproduce::beside(
+        "\"almost all torque peak values exceed 30 Nm\", no figure [M18 3.8.4]; falls included");
+    report.beside(
         fmt::format("naive, {}: share of walks to novel goals beyond the ground force's limit",
                     how.text()),
         share_beyond(novel, normal_force, kMostNormal_n), published(1.0, "M18 3.8.4"), "1",
-        "\"always infeasible\" [M18 3.8.4], of HRP-2's soles in OpenHRP; peaks end with a fall"));
+        "\"always infeasible\" [M18 3.8.4], of HRP-2's soles in OpenHRP; peaks end with a fall");
   }
-  report.rows.push_back(
-      reproduce::at_least("naive, resynthesis: mean ankle torque / ours",
-                          spread_of(values_of(again, ankle)).mean /
-                              spread_of(values_of(study.resynthesis(kSources[1]), ankle)).mean,
-                          published(1.0, "M18 fig. 3.47"), "1", "above ours, no figures"));
+  report.at_least("naive, resynthesis: mean ankle torque / ours",
+                  spread_of(values_of(again, ankle)).mean /
+                      spread_of(values_of(study.resynthesis(kSources[1]), ankle)).mean,
+                  published(1.0, "M18 fig. 3.47"), "1", "above ours, no figures");
   if (plot_dir) {
     std::vector<plot::Data> data;
     const std::string a = bars_panel(peak_bars(study, ankle), "ankle", 120.0, kMostAnkle_n_m, data);
     const std::string b =
         bars_panel(peak_bars(study, normal_force), "normal", 1600.0, kMostNormal_n, data);
-    const auto file = *plot_dir / "fig-3.47.png";
-    plot::plot_png(file, 1300, 520, data,
+    plot::plot_png(report.picture(*plot_dir / "fig-3.47.png"), 1300, 520, data,
                    "set multiplot layout 1,2\nset ylabel 'peak ankle pitch torque [Nm]'\n" + a +
                        "set ylabel 'peak ground reaction force [N]'\n" + b + "unset multiplot\n");
-    report.plots.push_back(file);
   }
   return report;
 }
 
 std::vector<reproduce::Figure> figures() {
-  constexpr std::array runs = {&power_law,    &accuracy,     &filtered_zmp, &extremes,
-                               &jumps,        &zmp_spread,   &falls_table,  &peaks,
-                               &second_robot, &second_engine};
+  constexpr std::array runs = {&power_law,    &accuracy,      &filtered_zmp, &extremes,
+                               &jumps,        &zmp_spread,    &falls_table,  &peaks,
+                               &second_robot, &second_engine, &walk_arms,    &walk_drawer,
+                               &walk_push};
   static_assert(runs.size() == kTitles.size());
   std::vector<reproduce::Figure> out;
   for (std::size_t i = 0; i < kTitles.size(); ++i) {
     const Title& t = kTitles[i];
-    out.push_back({t.name, t.title, t.source, t.rows, runs[i], {}, t.cpu_minutes});
-    if (runs[i] == &extremes) out.back().film = &extremes_film;
-    if (runs[i] == &jumps) out.back().film = &jumps_film;
+    out.push_back({t.name, t.title, t.source, t.rows, runs[i], t.cpu_minutes});
   }
   return out;
 }

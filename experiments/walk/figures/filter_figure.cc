@@ -13,7 +13,7 @@
 
 namespace mimesis::walk {
 
-using reproduce::Report;
+using namespace reproduce;
 
 namespace {
 
@@ -120,14 +120,13 @@ Report filtered_zmp(const PlotDir& plot_dir) {
       kFilters.size(), [&](std::size_t k) { return walk_filtered(robot, kFilters[k]); });
   const Eigen::Vector2d none = walks[0].rms_m(), legs = walks[1].rms_m(), full = walks[2].rms_m();
   Report report;
-  report.rows.push_back(reproduce::near(
-      "falls of 3", static_cast<double>(std::ranges::count_if(walks, &MeasuredZmp::fell)),
-      reproduce::goal(0), 0, "1", "the stabilizer works in all of them, alike"));
+  report.near("falls of 3", static_cast<double>(std::ranges::count_if(walks, &MeasuredZmp::fell)),
+              goal(0), 0, "1", "the stabilizer works in all of them, alike");
   const char* curves =
       "curves without figures [M18 fig. 3.43]; half of the gain that was seen, against contact "
       "forces";
   const auto row = [&](const std::string& what, double ratio, double bound) {
-    report.rows.push_back(reproduce::at_least("rms ZMP error " + what, ratio, bound, "1", curves));
+    report.at_least("rms ZMP error " + what, ratio, bound, "1", curves);
   };
   row("in x, unfiltered / full body", none.x() / full.x(), 1.38);
   row("in x, unfiltered / legs only", none.x() / legs.x(), 1.26);
@@ -135,12 +134,10 @@ Report filtered_zmp(const PlotDir& plot_dir) {
   row("in y, unfiltered / full body", none.y() / full.y(), 1.25);
   row("in y, legs only / full body", legs.y() / full.y(), 1.37);
   const char* other = "of other arms (1.5 rad), whose future the filter knew";
-  report.rows.push_back(reproduce::beside("rms ZMP error in x, unfiltered", none.x(),
-                                          reproduce::prototype(0.026, "walking.md 8.4"), "m",
-                                          other));
-  report.rows.push_back(reproduce::beside("rms ZMP error in x, full body", full.x(),
-                                          reproduce::prototype(0.0077, "walking.md 8.4"), "m",
-                                          other));
+  report.beside("rms ZMP error in x, unfiltered", none.x(), prototype(0.026, "walking.md 8.4"), "m",
+                other);
+  report.beside("rms ZMP error in x, full body", full.x(), prototype(0.0077, "walking.md 8.4"), "m",
+                other);
   if (plot_dir) report.plots.push_back(plot_zmp(*plot_dir, walks));
   return report;
 }

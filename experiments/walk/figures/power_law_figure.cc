@@ -6,6 +6,7 @@
 
 #include "common/plot/gnuplot.h"
 #include "experiments/dmp/power_law.h"
+#include "experiments/harness/statistics.h"
 #include "experiments/walk/figures.h"
 #include "experiments/walk/trial/suites.h"
 #include "experiments/walk/trial/trial.h"
@@ -15,9 +16,7 @@ namespace {
 
 using dmp::PowerLawField;
 using Eigen::Vector2d;
-using reproduce::at_most;
-using reproduce::near;
-using reproduce::Report;
+using namespace reproduce;
 
 constexpr double kRunIn_s = 6.0;  // from standing to walking along the path
 /// Large and slow enough that no law asks for more than the robot turns or walks.
@@ -46,14 +45,7 @@ double exponent_of(const std::vector<Landing>& landings, const PowerLawField& fi
     const double speed = way.norm() / (landings[i].time_s - landings[i - 2].time_s);
     points.emplace_back(std::log(field.curvature(landings[i - 1].middle_W_m)), std::log(speed));
   }
-  Vector2d mean = Vector2d::Zero();
-  for (const Vector2d& p : points) mean += p / double(points.size());
-  double xx = 0.0, xy = 0.0;
-  for (const Vector2d& p : points) {
-    xx += (p - mean).x() * (p - mean).x();
-    xy += (p - mean).x() * (p - mean).y();
-  }
-  return -xy / xx;
+  return -slope(points);
 }
 
 /// Steers the robot along the field from where its plan stands.
@@ -139,7 +131,7 @@ std::filesystem::path plot(const std::filesystem::path& dir, const std::vector<L
 
 }  // namespace
 
-Report power_law(const std::optional<std::filesystem::path>& plot_dir) {
+Report power_law(const PlotDir& plot_dir) {
   const Robot robot = load_robot("biped");
   Report report;
   constexpr std::array laws = {std::pair{-1.0 / 3.0, "β = -1/3"}, std::pair{0.0, "β = 0"},
@@ -150,13 +142,11 @@ Report power_law(const std::optional<std::filesystem::path>& plot_dir) {
     const Lap& lap = laps[i];
     const auto& [beta, name] = laws[i];
     const std::string law = name;
-    report.rows.push_back(
-        near(law + ": falls", lap.result.figures.fell, reproduce::goal(0), 0, "1"));
-    report.rows.push_back(near(law + ": exponent of what was walked", lap.exponent,
-                               reproduce::closed_form(beta, "wished"), 0.03, "1",
-                               "a tenth of the way to the next law"));
-    report.rows.push_back(at_most(law + ": off the path, largest", lap.off_path_m, 0.02, "m",
-                                  "middle of the feet at landings; nothing is published"));
+    report.near(law + ": falls", lap.result.figures.fell, goal(0), 0, "1");
+    report.near(law + ": exponent of what was walked", lap.exponent, closed_form(beta, "wished"),
+                0.03, "1", "a tenth of the way to the next law");
+    report.at_most(law + ": off the path, largest", lap.off_path_m, 0.02, "m",
+                   "middle of the feet at landings; nothing is published");
   }
   if (plot_dir) report.plots.push_back(plot(*plot_dir, laps));
   return report;

@@ -10,6 +10,7 @@
 namespace mimesis::walk {
 namespace {
 
+using namespace reproduce;
 using hw::sim::Plant;
 
 /// Errors are root mean squares of the walks that did not fall.
@@ -41,27 +42,27 @@ Judged judge(const char* suite, const Robot& robot, Plant plant, Engine engine) 
 
 }  // namespace
 
-reproduce::Report second_engine(const PlotDir&) {
+Report second_engine(const PlotDir&) {
   const Robot robot = load_robot("biped");
-  reproduce::Report report;
+  Report report;
   for (const auto& [plant, name] :
        {std::pair{Plant::springs, "springs"}, std::pair{Plant::servo, "servos"}}) {
     for (const char* suite : {"steps30", "pushes"}) {
       const Judged dart = judge(suite, robot, plant, Engine::dart),
                    mujoco = judge(suite, robot, plant, Engine::mujoco);
       const std::string what = fmt::format("{}, {}: ", suite, name);
-      report.rows.push_back(reproduce::near(fmt::format("{}falls of {}", what, mujoco.walks),
-                                            mujoco.falls, reproduce::goal(0), 0, "1"));
+      report.near(fmt::format("{}falls of {}", what, mujoco.walks), mujoco.falls, goal(0), 0, "1");
       const std::string step = what + "sole off its planned place, rms";
       const std::string in_dart = fmt::format("{:.4f} m in DART", dart.step_m);
-      report.rows.push_back(
-          std::string_view(suite) == "steps30"
-              ? reproduce::at_most(step, mujoco.step_m, kMostError_m, "m", in_dart)
-              : reproduce::at_most(step + ", over DART's", mujoco.step_m / dart.step_m, 1.5, "1",
-                                   in_dart + "; who is pushed steps elsewhere"));
-      report.rows.push_back(reproduce::at_most(
+      if (std::string_view(suite) == "steps30") {
+        report.at_most(step, mujoco.step_m, kMostError_m, "m", in_dart);
+      } else {
+        report.at_most(step + ", over DART's", mujoco.step_m / dart.step_m, 1.5, "1",
+                       in_dart + "; who is pushed steps elsewhere");
+      }
+      report.at_most(
           what + "DCM off the plan, rms, over DART's", mujoco.dcm_m / dart.dcm_m, 1.5, "1",
-          fmt::format("{:.4f} m in DART; another physics may add half as much", dart.dcm_m)));
+          fmt::format("{:.4f} m in DART; another physics may add half as much", dart.dcm_m));
     }
   }
   return report;

@@ -10,6 +10,7 @@
 namespace mimesis::walk {
 namespace {
 
+using namespace reproduce;
 using hw::sim::Plant;
 
 /// Some trials of a suite: every `stride`-th from `first` on.
@@ -76,19 +77,16 @@ class Rows {
   explicit Rows(const Robot& robot) : weight_n_(robot.biped.tree.mass_kg() * robot::kGravity) {}
 
   void falls(const std::string& what, const Worst& worst, std::size_t n) {
-    report.rows.push_back(reproduce::near(fmt::format("{}falls of {}", what, n), worst.fell,
-                                          reproduce::goal(0), 0, "1"));
+    report.near(fmt::format("{}falls of {}", what, n), worst.fell, goal(0), 0, "1");
   }
   void limits(const std::string& what, const Worst& worst) {
-    report.rows.push_back(reproduce::at_most(what + "sole off its planned place, largest",
-                                             worst.step_m, kMostWithSenses_m, "m",
-                                             "as asked of biped.urdf with these senses"));
-    report.rows.push_back(reproduce::at_most(
-        what + "ground reaction force / weight, largest", worst.normal_n / weight_n_, 1.41, "1",
-        "HRP-2's 800 N by its weight; nothing is published of this robot"));
-    report.rows.push_back(reproduce::at_most(
-        what + "ankle pitch torque / weight, largest", worst.ankle_pitch_n_m / weight_n_,
-        30.0 / 569.0, "m", "HRP-2's 30 N m by its weight; nothing is published of this robot"));
+    report.at_most(what + "sole off its planned place, largest", worst.step_m, kMostWithSenses_m,
+                   "m", "as asked of biped.urdf with these senses");
+    report.at_most(what + "ground reaction force / weight, largest", worst.normal_n / weight_n_,
+                   1.41, "1", "HRP-2's 800 N by its weight; nothing is published of this robot");
+    report.at_most(what + "ankle pitch torque / weight, largest", worst.ankle_pitch_n_m / weight_n_,
+                   30.0 / 569.0, "m",
+                   "HRP-2's 30 N m by its weight; nothing is published of this robot");
   }
   void drawers(const std::string& what, const std::vector<DrawerResult>& results) {
     Worst worst;
@@ -101,13 +99,12 @@ class Rows {
     }
     falls(what, worst, results.size());
     const int n = static_cast<int>(results.size());
-    report.rows.push_back(reproduce::near(fmt::format("{}objects taken of {}", what, n), taken,
-                                          reproduce::goal(n), 0, "1"));
-    report.rows.push_back(reproduce::at_most(what + "hand off handle or object, largest", reach,
-                                             kMostError_m, "m", "as asked of biped.urdf"));
+    report.near(fmt::format("{}objects taken of {}", what, n), taken, goal(n), 0, "1");
+    report.at_most(what + "hand off handle or object, largest", reach, kMostError_m, "m",
+                   "as asked of biped.urdf");
     limits(what, worst);
   }
-  reproduce::Report report;
+  Report report;
 
  private:
   double weight_n_;
@@ -115,7 +112,7 @@ class Rows {
 
 }  // namespace
 
-reproduce::Report second_robot(const PlotDir&) {
+Report second_robot(const PlotDir&) {
   const Robot robot = load_robot("jvrc1");
   const synthesizer::BipedDrawer actions = synthesizer::make_biped_drawer(robot.biped);
   Rows rows(robot);

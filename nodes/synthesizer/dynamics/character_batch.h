@@ -35,7 +35,7 @@ struct RootPose {
 /// fig. 3.19]. A character is one leading Andronov-Hopf oscillator [eq. 3.16, 3.18],
 ///   ẋ = (1 − |x|²) x + ω J x + α (x_ext − x),
 /// whose phase φ = atan2(x₂, x₁) drives all sources at once: the other oscillators of the star have
-/// nothing to add once they follow their leader (SvrCharacter has them). The posture is the mixture
+/// nothing to add once they follow their leader. The posture is the mixture
 /// at φ, forward kinematics gives the joints, and the standing foot moves the pelvis
 /// (posture.h).
 ///
