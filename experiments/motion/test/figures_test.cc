@@ -17,12 +17,6 @@ const std::set<std::string> kSlow = {"blending", "demixing", "fig-3.10", "fig-3.
 const std::set<std::string> kFromRecordings = {"blending", "demixing", "fig-3.10",   "fig-3.11",
                                                "fig-3.31", "fig-3.33", "walk-styles"};
 
-std::vector<reproduce::Figure> chosen(bool slow) {
-  auto all = figures();
-  std::erase_if(all, [&](const auto& f) { return kSlow.contains(f.name) != slow; });
-  return all;
-}
-
 class FigureRows : public ::testing::TestWithParam<reproduce::Figure> {};
 
 TEST_P(FigureRows, Hold) {
@@ -33,9 +27,11 @@ TEST_P(FigureRows, Hold) {
   reproduce::expect_rows_hold(GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Quick, FigureRows, ::testing::ValuesIn(chosen(false)),
+INSTANTIATE_TEST_SUITE_P(Quick, FigureRows,
+                         ::testing::ValuesIn(reproduce::chosen(figures(), kSlow, false)),
                          reproduce::test_name);
-INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows, ::testing::ValuesIn(chosen(true)),
+INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows,
+                         ::testing::ValuesIn(reproduce::chosen(figures(), kSlow, true)),
                          reproduce::test_name);
 
 TEST(Figures, HaveNamesOfTheirOwn) {
