@@ -250,7 +250,8 @@ class Install(unittest.TestCase):
 
     def test_replay_test(self):
         self.do("ctest", "--test-dir", self.probe / "build", "--output-on-failure")
-        self.do("mimesis", "log", "replay", "difference", EXAMPLES / "replay_test/test/difference.mcap", "--set", "gain=5", code=1)
+        self.do("mimesis", "log", "replay", "difference", EXAMPLES / "replay_test/test/difference.mcap", "--exec", "mimesis_difference",
+                "--set", "gain=5", code=1)
 
 
 if __name__ == "__main__":

@@ -54,7 +54,11 @@ std::string Causes::machine() const {
 
 std::string Causes::before(const std::string& reason, bool on_wall_clock) const {
   std::string text;
-  if (first_ && reason.find(first_->text) == reason.npos)
+  // A node may have told the same in both ways.
+  const bool told =
+      first_ && !reason.empty() &&
+      (reason.find(first_->text) != reason.npos || first_->text.find(reason) != reason.npos);
+  if (first_ && !told)
     text =
         fmt::format("{}: {} (at {:.2f} s); ", first_->node, first_->text, to_seconds(first_->at));
   if (const std::string busy = on_wall_clock ? machine() : ""; !busy.empty()) text += busy + "; ";

@@ -140,6 +140,7 @@ TEST(Causes, TheFirstComplaintStandsBeforeWhatFollowed) {
   causes.add(line("c", "no feedback", foxglove::Log::WARNING), milliseconds(4210));
   EXPECT_EQ(causes.before("late", false), "c: no feedback (at 4.21 s); late");
   EXPECT_EQ(causes.before("it has no feedback", false), "it has no feedback");
+  EXPECT_EQ(causes.before("feedback", false), "feedback");
   causes.add(line("d", "broken", foxglove::Log::ERROR), milliseconds(6000));
   causes.add(line("e", "earlier, but not grave", foxglove::Log::WARNING), milliseconds(1));
   EXPECT_EQ(causes.before("late", false), "d: broken (at 6.00 s); late");
