@@ -16,6 +16,7 @@ constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;  // a host may v
 constexpr int kConnect_ms = 1000;    // tcp itself doubles its pauses while a host is away
 constexpr int kHandshake_ms = 5000;  // who says nothing for longer is no node
 constexpr std::string_view kNoKey = ": this host has no key; make one: mimesis key new";
+constexpr std::string_view kThisHost = "this host";
 constexpr std::size_t kMostRefusals = 100;
 
 int fd_of(const ZmqSocket& socket) {
@@ -75,7 +76,7 @@ bool TcpGate::has_key() {
 }
 
 std::string TcpGate::name_of(const std::string& host_key) {
-  if (host_key == key_->public_key) return "this host";
+  if (host_key == key_->public_key) return std::string(kThisHost);
   const auto trusted = trusted_keys();  // read again: who is trusted now need not start us again
   const auto known = trusted.find(host_key);
   return known != trusted.end() ? known->second : "";
@@ -87,7 +88,6 @@ void TcpGate::bind(ZmqSocket& socket, const std::string& endpoint) {
   socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
   if (leaves_host(endpoint)) {
     if (!has_key()) throw ConfigError("--bind " + endpoint + std::string(kNoKey));
-    far_ = true;
     if (!asked_) {
       asked_ = std::make_unique<ZmqSocket>(context_, ZMQ_REP);
       asked_->bind("inproc://zeromq.zap.01");
@@ -122,7 +122,7 @@ bool TcpGate::connect(ZmqSocket& socket, const std::string& endpoint, const std:
     socket.set(ZMQ_CONNECT_TIMEOUT, kConnect_ms);
   }
   if (far) {
-    far_ = true;
+    if (host_key != key_->public_key) admitted_[host_key] = name_of(host_key);
     socket.set(ZMQ_CURVE_SERVERKEY, host_key);
     socket.set(ZMQ_CURVE_PUBLICKEY, key_->public_key);
     socket.set(ZMQ_CURVE_SECRETKEY, key_->secret_key);
@@ -177,6 +177,7 @@ void TcpGate::answer() {
       zmq_z85_encode(knocking.data(), reinterpret_cast<const std::uint8_t*>(rest[5].data()), 32);
     const std::string name = name_of(knocking.data());
     const bool welcome = !name.empty();
+    if (welcome && name != kThisHost) admitted_[knocking.data()] = name;
     if (!welcome) {
       say_once(std::string(rest[2].view()) + " is refused: its key '" + knocking.data() +
                "' is not trusted here (mimesis key trust HOST '" + knocking.data() + "')");
@@ -197,15 +198,16 @@ void TcpGate::answer() {
 std::vector<std::string> TcpGate::revoked() {
   std::vector<std::string> gone;
   const auto now = std::chrono::steady_clock::now();
-  if (!far_ || now < look_) return gone;
+  if (admitted_.empty() || now < look_) return gone;
   look_ = now + std::chrono::seconds(1);
-  auto trusted = trusted_keys();
-  for (const auto& [key, name] : trusted_) {
-    if (trusted.contains(key)) continue;
-    warn("host {} is not trusted any more: its connections end (key '{}')", name, key);
-    gone.push_back(key);
-  }
-  trusted_ = std::move(trusted);
+  const auto trusted = trusted_keys();
+  std::erase_if(admitted_, [&](const auto& host) {
+    if (trusted.contains(host.first)) return false;
+    warn("host {} is not trusted any more: its connections end (key '{}')", host.second,
+         host.first);
+    gone.push_back(host.first);
+    return true;
+  });
   return gone;
 }
 

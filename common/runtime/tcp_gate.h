@@ -41,7 +41,7 @@ class TcpGate {
 
   /// Answers what libzmq has asked, and tells of refusals.
   void serve();
-  /// Keys that were trusted at the last call and are not now; looked at once a second.
+  /// Keys that were admitted and are not trusted any more; looked at once a second.
   std::vector<std::string> revoked();
   const std::vector<int>& fds() const { return fds_; }  ///< readable: `serve` may have work
   /// Public key of this host if a socket is bound beyond it, else empty.
@@ -58,9 +58,8 @@ class TcpGate {
   ZmqContext& context_;
   std::optional<KeyPair> key_;
   std::string bound_key_;
-  std::map<std::string, std::string> trusted_;           ///< as last seen, by key
+  std::map<std::string, std::string> admitted_;          ///< names of other hosts, by key
   std::chrono::steady_clock::time_point look_{};         ///< at the keys, next time
-  bool far_ = false;                                     ///< other hosts can be reached
   std::unique_ptr<ZmqSocket> asked_;                     ///< libzmq's questions
   std::map<void*, std::unique_ptr<ZmqSocket>> watched_;  ///< handshakes, by socket
   std::vector<int> fds_;                                 ///< of those two

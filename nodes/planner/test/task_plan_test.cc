@@ -370,7 +370,8 @@ TEST(KeepsClear, LetsTheObjectStandOnWhatMovedButNotEnterIt) {
   };
   EXPECT_TRUE(with({0.003, -0.002, 0.0}, 0.0)) << "the object still stands on it";
   EXPECT_TRUE(with({0.0, 0.0, -0.03}, 0.0)) << "lower: it is let go above";
-  for (const double higher : {0.004, 0.01, 0.03}) EXPECT_FALSE(with({}, higher)) << higher;
+  for (const double higher : {0.004, 0.01, 0.03})
+    EXPECT_FALSE(with(Eigen::Vector3d::Zero(), higher)) << higher;
   // The lift of the object from its plinth: a thin shelf over it, and one beside the object.
   const auto shelf = [&](const Eigen::Vector3d& from_object) {
     const kin::Box box{d.table.object + from_object, {0.01, 0.01, 0.002}, "shelf"};

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
@@ -9,7 +10,8 @@
 namespace mimesis::launch {
 namespace {
 
-constexpr double kBusy = 1.5;     // tasks that want to run, a processor
+constexpr double kBusy = 1.5;     // tasks that want to run, a processor: if cycles were missed
+constexpr double kFull = 3.0;     // the same in any case
 constexpr double kStolen = 0.05;  // share of the machine's time
 
 }  // namespace
@@ -42,7 +44,9 @@ std::string Causes::machine() const {
   double load = 0.0;
   std::ifstream("/proc/loadavg") >> load;
   const auto processors = static_cast<double>(sysconf(_SC_NPROCESSORS_ONLN));
-  if (load < kBusy * processors && stolen < kStolen) return {};
+  const bool missed =
+      std::ranges::any_of(missed_, [](const auto& node) { return node.second > 0; });
+  if (load < (missed ? kBusy : kFull) * processors && stolen < kStolen) return {};
   std::string text =
       fmt::format("the machine was busy: load {:.1f} on {:.0f} processors", load, processors);
   if (stolen >= kStolen) text += fmt::format(", {:.0f} % of its time was stolen", 100.0 * stolen);

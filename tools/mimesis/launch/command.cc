@@ -103,10 +103,10 @@ Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   c.env = node.env;
   c.env.emplace_back("MIMESIS_GRAPH", run.graph);
   c.env.emplace_back("MIMESIS_RUN_LOG", run.log);
-  c.env.emplace_back("MIMESIS_NODE", node.name.text);
   const std::string bind = bind_address(graph, node);
   if (!node.takes_node_options()) {
     if (!bind.empty()) c.env.emplace_back("MIMESIS_BIND", bind);
+    c.env.emplace_back("MIMESIS_NODE", node.name.text);
     c.env.emplace_back("MIMESIS_LAUNCH", launch_json(graph, run));
     return c;
   }

@@ -39,7 +39,7 @@ TEST_F(Confined, WritesToItsFolderAlone) {
 }
 
 TEST_F(Confined, HasNoNetworkAndNoDevices) {
-  EXPECT_NE(run("exec 3<>/dev/tcp/127.0.0.1/9 2> " + own_ + "/why"), 0);
+  EXPECT_NE(run("(exec 3<>/dev/tcp/127.0.0.1/9) 2> " + own_ + "/why"), 0);
   EXPECT_EQ(run("grep -q 'Permission denied' " + own_ + "/why"), 0);
   EXPECT_NE(run("head -c1 /dev/tty0 || head -c1 /dev/mem || head -c1 /dev/kmsg || ls /dev"), 0);
 }

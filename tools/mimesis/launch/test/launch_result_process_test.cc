@@ -135,7 +135,8 @@ TEST_F(Launch, ResultTellsOfTheTimeOut) {
   auto launch = start("nodes:\n  a: {exec: " + undescribed() +
                       "}\nresult: {until: a/other, timeout: 300ms, fields: {n: a/out.seq}}\n");
   EXPECT_EQ(launch->wait(), 1);
-  EXPECT_EQ(last_line(*launch)["reason"], "nothing on a/other within 0.3 s of graph time");
+  EXPECT_TRUE(std::string(last_line(*launch)["reason"])
+                  .ends_with("nothing on a/other within 0.3 s of graph time"));
 }
 
 TEST_F(Launch, ResultFieldThatTheTypeLacksIsAMistakeOfTheFile) {
