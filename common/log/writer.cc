@@ -19,9 +19,7 @@ constexpr std::size_t kMaxIds = std::numeric_limits<std::uint16_t>::max();
 class FileBody {
  public:
   FileBody(Sink& sink, const WriterOptions& options)
-      : sink_(sink),
-        options_(options),
-        compressor_(options.compression, options.zstd_level) {
+      : sink_(sink), options_(options), compressor_(options.compression, options.zstd_level) {
     append(record_, Header{options.profile, options.library});
     record_.insert(0, kMagic);
     status_ = emit(record_);

@@ -9,8 +9,7 @@ namespace mimesis::testing {
 inline void refuses(const std::string& program, const std::vector<std::string>& settings,
                     const std::string& what) {
   std::vector<std::string> arguments;
-  for (const std::string& setting : settings)
-    arguments.insert(arguments.end(), {"--set", setting});
+  for (const std::string& setting : settings) arguments.insert(arguments.end(), {"--set", setting});
   TestGraph graph;
   Process node(graph, program, arguments);
   EXPECT_EQ(node.wait(30s), 2) << settings.back();
