@@ -82,9 +82,8 @@ Confinement::Confinement(const std::string& writable) {
       syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
   if (version < 1) {
     throw ConfigError(
-        fmt::format("this kernel cannot confine the programs that a log names (Landlock: {}); "
-                    "--unconfined runs "
-                    "them all the same",
+        fmt::format("this kernel cannot confine the programs that a log names (Landlock: {}); log "
+                    "replay and log restore run them all the same with --unconfined",
                     std::strerror(errno)));
   }
   Rules rules(static_cast<int>(version));
@@ -99,22 +98,30 @@ Confinement::Confinement(const std::string& writable) {
 }
 
 bool Confinement::enter() const {
-  // What Landlock does not know, or not in all versions: sockets, other processes.
-  std::array<sock_filter, 13> program{{
+  // What Landlock does not know, or not in all versions: sockets, signals, attributes of files.
+  // (It keeps ptrace(2) to the program's own processes: LeakSanitizer needs that.)
+  constexpr std::array kDenied {
+    SYS_socket, SYS_io_uring_setup, SYS_kill, SYS_pidfd_send_signal, SYS_truncate, SYS_fchmod,
+        SYS_fchmodat, SYS_fchown, SYS_fchownat, SYS_utimensat, SYS_setxattr, SYS_lsetxattr,
+        SYS_fsetxattr, SYS_removexattr, SYS_lremovexattr, SYS_fremovexattr,
+#if defined(__x86_64__)
+        SYS_chmod, SYS_chown, SYS_lchown, SYS_utime, SYS_utimes, SYS_futimesat,
+#endif
+  };
+  constexpr std::uint32_t kOtherNumbers = 0x40000000;  // x32
+  std::array<sock_filter, kDenied.size() + 7> program{{
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMachine, 1, 0),
       BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-      BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, 0x40000000, 7, 0),  // x32: other numbers
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_socket, 6, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_io_uring_setup, 5, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_ptrace, 4, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_process_vm_writev, 3, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_kill, 2, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_pidfd_send_signal, 1, 0),
-      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
-      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EACCES),
+      BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, kOtherNumbers, kDenied.size() + 1, 0),
   }};
+  for (std::size_t k = 0; k < kDenied.size(); ++k) {
+    program.at(5 + k) = BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(kDenied[k]),
+                                 static_cast<std::uint8_t>(kDenied.size() - k), 0);
+  }
+  program.at(5 + kDenied.size()) = BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
+  program.at(6 + kDenied.size()) = BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EACCES);
   const sock_fprog filter{.len = program.size(), .filter = program.data()};
   return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
          syscall(SYS_landlock_restrict_self, rules_.get(), 0) == 0 &&

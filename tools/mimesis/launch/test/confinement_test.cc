@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "common/testing/temporary_folder.h"
 #include "tools/mimesis/launch/process.h"
@@ -36,6 +37,21 @@ TEST_F(Confined, WritesToItsFolderAlone) {
     EXPECT_NE(run(line), 0) << line;
   }
   EXPECT_TRUE(std::filesystem::is_empty(other_));
+}
+
+/// Neither contents nor attributes, of which Landlock knows nothing.
+TEST_F(Confined, LeavesFilesOfOthersAsTheyAre) {
+  const std::string file = other_ + "/file";
+  std::ofstream(file) << "content";
+  const auto permissions = std::filesystem::status(file).permissions();
+  const auto time = std::filesystem::last_write_time(file);
+  for (const char* command : {"chmod 777 ", "chown 1 ", "touch -d 2000-01-01 ", "truncate -s 1 ",
+                              ": > ", "rm ", "ln -f /etc/passwd "}) {
+    EXPECT_NE(run(command + file), 0) << command;
+  }
+  EXPECT_EQ(std::filesystem::status(file).permissions(), permissions);
+  EXPECT_EQ(std::filesystem::last_write_time(file), time);
+  EXPECT_EQ(std::filesystem::file_size(file), 7U);
 }
 
 TEST_F(Confined, HasNoNetworkAndNoDevices) {
