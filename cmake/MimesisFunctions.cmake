@@ -108,6 +108,9 @@ function(mimesis_test name)
   add_test(NAME ${name} COMMAND ${name})
   math(EXPR limit "10 * ${arg_TIMEOUT}")  # TIMEOUT is that of a quiet machine
   set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${limit} SKIP_RETURN_CODE 77)
+  if(arg_LABEL STREQUAL launch)
+    set_tests_properties(${name} PROPERTIES COST 50)  # long ones first
+  endif()
 endfunction()
 
 function(mimesis_benchmark subject)

@@ -35,7 +35,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>
       "$<$<CONFIG:Release>:SHELL:-finline-small-functions -findirect-inlining -fpartial-inlining -finline-functions>"
       # So g++ 12 suspects its own strings and Eigen's vectors.
-      "$<$<CONFIG:Release>:SHELL:-Wno-array-bounds -Wno-stringop-overflow -Wno-restrict -Wno-maybe-uninitialized>")
+      "$<$<CONFIG:Release>:SHELL:-Wno-array-bounds -Wno-stringop-overflow -Wno-restrict>")
   endforeach()
 endif()
 

@@ -49,6 +49,7 @@ struct ArmModel {
   std::vector<SafetyBall> balls;
   std::vector<std::pair<int, int>> self_pairs;  ///< groups checked against each other
   std::vector<int> env_groups;                  ///< groups checked against obstacles
+  std::vector<std::string> unchecked;  ///< links of no known shape: nothing is proven of them
 
   int dof() const { return static_cast<int>(links.size()); }
 };

@@ -8,7 +8,7 @@
 #include "common/model/arm_cover.h"
 #include "common/model/files.h"
 #include "common/model/urdf_path.h"
-#include "common/robot/collision_solids.h"
+#include "common/robot/link_geometry.h"
 #include "common/robot/robot_tree.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
@@ -46,9 +46,23 @@ struct JointEntry {
   }
 };
 
+/// Where a joint beside the chain stays.
+struct FixedEntry {
+  std::string joint;
+  double at = kMissing;  // [rad], or [m]
+
+  void visit(ParamVisitor& v) {
+    v("joint", joint);
+    v("at", at, -10.0, 10.0);
+  }
+};
+
 /// Joints of a URDF, from one link to another.
 struct ChainEntry {
   std::string urdf, base, tip;
+  std::vector<FixedEntry> fixed;              // fingers, another arm
+  bool use_visual = false;                    // of links without collision geometry
+  std::vector<std::string> without_geometry;  // of these nothing is checked, nor proven
   // One value per joint, which a URDF does not have; j_max and home may be left out.
   std::vector<double> a_max_rad_s2, j_max_rad_s3, home_rad;
   robot::CoverSettings cover;  // of balls fitted to its geometry
@@ -60,6 +74,9 @@ struct ChainEntry {
     v("a_max_rad_s2", a_max_rad_s2, 1e-3, 1000.0, 0);
     v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9, 0);
     v("home_rad", home_rad, -6.3, 6.3, 0);
+    list(v, "fixed", fixed);
+    v("use_visual", use_visual);
+    v("without_geometry", without_geometry);
     v("fitted_m", cover.tolerance_m, kLeastFit_m, 1.0);
     v("most_balls", cover.most_balls, 1, 200);
   }
@@ -156,6 +173,7 @@ class Builder {
                                   group_index(arm, "self_pairs", pair.b));
     }
     if (all_fitted) add_default_checks(arm);
+    require_checks(arm);
     out_.arm = std::move(arm);
     return std::move(out_);
   }
@@ -163,7 +181,7 @@ class Builder {
   /// Afterwards: compares the balls of each link with its geometry.
   void compare(CoveredArm& covered) {
     for (LinkBalls& link : covered.links) {
-      const auto& solids = solids_of(link.link);
+      const auto& solids = geometry_of(link.link).solids;
       if (!solids.empty()) link.over = robot::over_coverage(solids, link.balls);
     }
   }
@@ -272,6 +290,9 @@ class Builder {
       arm.q_min[i] = std::max(link.lower, -kWholeTurn);
       arm.q_max[i] = std::min(link.upper, kWholeTurn);
       arm.v_max[i] = link.max_speed;
+      if (!link.mimics.empty())
+        fail("chain", "joint '" + link.joint + "' mimics '" + link.mimics +
+                          "', expected joints that move by themselves");
       if (!(link.max_speed > 0.0) || std::isinf(link.max_speed) || arm.q_min[i] >= arm.q_max[i])
         fail("chain", "joint '" + link.joint + "' has no limits of angle and velocity");
       arm.a_max[i] = chain.a_max_rad_s2[static_cast<std::size_t>(i)];
@@ -293,26 +314,49 @@ class Builder {
 
   /// Links beside the way from base to tip: what is fixed to it moves along.
   void add_branches(const robot::RobotTree& tree) {
+    std::map<std::string, double> fixed;
+    for (const FixedEntry& entry : entry_.chain.fixed) {
+      const auto link = std::ranges::find(tree.links(), entry.joint, &robot::Link::joint);
+      if (link == tree.links().end() || link->type == robot::JointType::fixed)
+        fail("chain.fixed", "no joint '" + entry.joint + "' that moves");
+      if (links_.contains(link->name))
+        fail("chain.fixed", "joint '" + entry.joint + "' is in the chain, expected one beside it");
+      if (!(entry.at >= link->lower && entry.at <= link->upper))
+        fail("chain.fixed",
+             "at of joint '" + entry.joint + "', expected a value within its limits");
+      fixed[entry.joint] = entry.at;
+    }
     for (const robot::Link& link : tree.links()) {
       if (link.parent < 0 || links_.contains(link.name)) continue;
       const auto carrier = links_.find(tree.link(link.parent).name);
-      if (carrier != links_.end() && link.type == robot::JointType::fixed) {
-        put(link.name, {carrier->second.frame, carrier->second.X_FL * link.X_PJ});
-      } else if (carrier != links_.end() || std::ranges::count(loose_, link.parent) > 0) {
-        loose_.push_back(tree.find_link(link.name));
-        loose_names_.push_back(link.name);
+      const std::optional<double> at = stays_at(link, fixed);
+      if (carrier != links_.end() && at) {
+        put(link.name, {carrier->second.frame, carrier->second.X_FL * link.at(*at)});
+      } else if (carrier != links_.end() || loose_.contains(tree.link(link.parent).name)) {
+        loose_[link.name] =
+            carrier != links_.end() ? link.joint : loose_.at(tree.link(link.parent).name);
       }
     }
   }
 
-  /// Empty if the link has no collision geometry.
-  const std::vector<robot::Solid>& solids_of(const std::string& link) {
-    if (!solids_) {
+  /// Of a joint beside the chain: given, or by the joint that it mimics.
+  static std::optional<double> stays_at(const robot::Link& link,
+                                        const std::map<std::string, double>& fixed) {
+    if (link.type == robot::JointType::fixed) return 0.0;
+    if (const auto given = fixed.find(link.joint); given != fixed.end()) return given->second;
+    const auto leader = fixed.find(link.mimics);
+    if (leader == fixed.end()) return std::nullopt;
+    return link.mimic_factor * leader->second + link.mimic_offset;
+  }
+
+  const robot::LinkGeometry& geometry_of(const std::string& link) {
+    if (!geometry_) {
       std::vector<std::string> all = order_;
-      all.insert(all.end(), loose_names_.begin(), loose_names_.end());
-      solids_ = urdf_.empty() ? Solids{} : robot::collision_solids(urdf_, all);
+      for (const auto& [name, joint] : loose_) all.push_back(name);
+      geometry_ =
+          urdf_.empty() ? Geometry{} : robot::link_geometry(urdf_, all, entry_.chain.use_visual);
     }
-    return (*solids_)[link];
+    return (*geometry_)[link];
   }
 
   void add(kin::ArmModel& arm, const std::string& link, const LinkPlace& where, int group,
@@ -352,7 +396,7 @@ class Builder {
         add(arm, link, where, group, false, {own});
         continue;
       }
-      const auto& solids = solids_of(link);
+      const auto& solids = geometry_of(link).solids;
       if (solids.empty())
         fail(key, "link '" + link + "' has no collision geometry that balls could be fitted to");
       if (ball.fitted_m < kLeastFit_m) fail(key, "fitted_m, expected 0.001 .. 1");
@@ -365,16 +409,12 @@ class Builder {
   void fit_all(kin::ArmModel& arm) {
     if (!arm.groups.empty())
       fail("groups", "without balls each link is a group of its name, expected no groups");
-    for (const std::string& link : loose_names_) {
-      if (!solids_of(link).empty())
-        fail("balls", "there is none, but link '" + link +
-                          "' moves on a joint that is not in the chain, expected balls for all");
-    }
     for (const std::string& link : order_) {
-      if (solids_of(link).empty()) continue;
+      const auto& solids = geometry_of(link).solids;
+      if (solids.empty()) continue;
       arm.groups.push_back(link);
       add(arm, link, links_.at(link), static_cast<int>(arm.groups.size()) - 1, true,
-          robot::cover_balls(solids_of(link), entry_.chain.cover));
+          robot::cover_balls(solids, entry_.chain.cover));
     }
     if (arm.balls.empty())
       fail("balls", "there is none, and no link of the chain has collision geometry");
@@ -413,17 +453,56 @@ class Builder {
     }
   }
 
-  using Solids = std::map<std::string, std::vector<robot::Solid>>;
+  /// What moves and is checked against nothing would be proven by silence.
+  void require_checks(kin::ArmModel& arm) {
+    if (arm.env_groups.empty())
+      fail("obstacle_groups", "there is none: no part is checked against obstacles, expected some");
+    const auto ends = std::ranges::minmax(arm.balls, {}, &kin::SafetyBall::frame);
+    const bool folds = ends.max.frame - ends.min.frame > 1;
+    if (arm.self_pairs.empty() && folds && out_.touching_at_home.empty())
+      fail("self_pairs", "there is none: no part is checked against another, expected some");
+    const std::vector<std::string>& excused = entry_.chain.without_geometry;
+    for (const std::string& name : excused) {
+      if (!links_.contains(name) && !loose_.contains(name))
+        fail("chain.without_geometry", "no link '" + name + "' that the chain moves");
+    }
+    if (urdf_.empty()) return;
+    const robot::RobotTree tree = robot::read_urdf(urdf_);
+    const auto require = [&](const std::string& link, const std::string& joint) {
+      const robot::LinkGeometry& geometry = geometry_of(link);
+      const bool massive = tree.link(tree.require_link(link)).inertia.mass_kg > 0.0;
+      if (geometry.solids.empty() && !geometry.seen && !massive) return;  // a frame
+      if (std::ranges::count(excused, link) > 0) return arm.unchecked.push_back(link);
+      const std::string name = "link '" + link + "' ";
+      const std::string excuse = "its name in without_geometry";
+      if (!joint.empty())
+        fail("chain", name + "moves on joint '" + joint + "' beside the chain, expected " +
+                          "{joint: " + joint + ", at: ...} in fixed, or " + excuse);
+      if (!geometry.solids.empty())
+        fail("balls", "none is on " + name + "though it has geometry, expected some, or " + excuse);
+      fail("chain", name + "moves, and has " +
+                        (geometry.seen ? "visual, but no collision geometry: expected use_visual: "
+                                         "true, balls on it, or "
+                                       : "mass, but no geometry: expected balls on it, or ") +
+                        excuse);
+    };
+    for (const std::string& link : order_) {
+      const bool covered = std::ranges::count(out_.links, link, &LinkBalls::link) > 0;
+      if (links_.at(link).frame > 0 && !covered) require(link, "");
+    }
+    for (const auto& [link, joint] : loose_) require(link, joint);
+  }
+
+  using Geometry = std::map<std::string, robot::LinkGeometry>;
 
   const std::string& file_;
   const ArmFile& entry_;
   CoveredArm out_;
-  std::string urdf_;                        // of the chain
-  std::map<std::string, LinkPlace> links_;  // that the frames carry
-  std::vector<std::string> order_;          // of them: from base to tip, then the branches
-  std::vector<int> loose_;                  // links that joints beside the chain move
-  std::vector<std::string> loose_names_;
-  std::optional<Solids> solids_;  // once asked for
+  std::string urdf_;                          // of the chain
+  std::map<std::string, LinkPlace> links_;    // that the frames carry
+  std::vector<std::string> order_;            // of them: from base to tip, then the branches
+  std::map<std::string, std::string> loose_;  // links that a joint beside the chain moves; which
+  std::optional<Geometry> geometry_;          // once asked for
 };
 
 /// `use`: what is done with the builder and what it has built.

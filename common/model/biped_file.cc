@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 
@@ -101,7 +103,8 @@ BipedEntry read_entry(const std::string& path) {
 
 /// The URDF's robot with the file's frames.
 robot::RobotTree tree_of(const std::string& path, const BipedEntry& entry) {
-  const robot::RobotTree bare = robot::read_urdf(urdf_of(path, entry.urdf));
+  const robot::RobotTree bare =
+      robot::read_urdf(urdf_of(path, entry.urdf), robot::UrdfUse::dynamics);
   std::vector<robot::Link> links = bare.links();
   for (const FrameEntry& frame : entry.frames) {
     robot::Link link;
@@ -168,8 +171,14 @@ bool is_biped(const std::string& file) {
   return false;
 }
 
+bool is_urdf(const std::string& file) {
+  std::string ending = fs::path(file).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".urdf";
+}
+
 double rate_of_robot(const std::string& file) {
-  if (file.ends_with(".urdf")) return BipedDrives{}.rate_hz;
+  if (is_urdf(file)) return BipedDrives{}.rate_hz;
   return is_biped(file) ? drives_of_biped(file).rate_hz : load_arm(file).rate_hz;
 }
 

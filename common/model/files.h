@@ -32,6 +32,8 @@ struct BipedDrives {
 /// @throws ConfigError as above.
 BipedDrives drives_of_biped(const std::string& file);
 
+/// Whether the file is a URDF, by its ending in any case.
+bool is_urdf(const std::string& file);
 /// Whether the file is a biped's, which names its URDF; an arm's has joints of its own.
 bool is_biped(const std::string& file);
 /// Rate of the commands to a robot's joints [Hz]: of an arm, a biped or a bare .urdf, which has the

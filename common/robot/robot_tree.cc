@@ -26,6 +26,10 @@ void check_joint(const Link& link, int index, const std::string& where) {
   if (!(std::abs(link.axis.norm() - 1.0) < 1e-9)) {
     throw ConfigError(where + "axis, expected a unit vector");
   }
+}
+
+void check_range(const Link& link, const std::string& where) {
+  if (link.type == JointType::fixed) return;
   if (!(link.lower < link.upper)) {  // also NaN
     throw ConfigError(where + "limits " + number(link.lower) + " to " + number(link.upper) +
                       ", expected lower < upper");
@@ -57,6 +61,13 @@ void check_inertia(const Inertia& inertia, const std::string& where) {
 
 }  // namespace
 
+Eigen::Isometry3d Link::at(double q) const {
+  Eigen::Isometry3d X = X_PJ;
+  if (type == JointType::revolute) X.rotate(Eigen::AngleAxisd(q, axis));
+  if (type == JointType::prismatic) X.translate(q * axis);
+  return X;
+}
+
 RobotTree::RobotTree(std::string name, std::vector<Link> links)
     : name_(std::move(name)), links_(std::move(links)) {
   if (links_.empty()) throw ConfigError(name_ + ": no link, expected one at least");
@@ -65,7 +76,6 @@ RobotTree::RobotTree(std::string name, std::vector<Link> links)
     Link& link = links_[i];
     check_joint(link, static_cast<int>(i),
                 name_ + ": joint '" + link.joint + "' of link '" + link.name + "': ");
-    check_inertia(link.inertia, name_ + ": link '" + link.name + "': ");
     link.dof = -1;
     if (link.type != JointType::fixed) {
       link.dof = dof();
@@ -79,6 +89,13 @@ RobotTree::RobotTree(std::string name, std::vector<Link> links)
     if (const auto twice = std::ranges::adjacent_find(*list); twice != list->end()) {
       throw ConfigError(name_ + ": '" + *twice + "' occurs twice, expected names of their own");
     }
+  }
+}
+
+void RobotTree::require_dynamics() const {
+  for (const Link& link : links_) {
+    check_range(link, name_ + ": joint '" + link.joint + "' of link '" + link.name + "': ");
+    check_inertia(link.inertia, name_ + ": link '" + link.name + "': ");
   }
 }
 

@@ -16,7 +16,7 @@ struct Inertia {
   Eigen::Matrix3d about_com_kg_m2 = Eigen::Matrix3d::Zero();  ///< axes of the link's frame
 };
 
-/// A link L and the joint that carries it: X_PL(q) = X_PJ · rotation or shift by q along `axis`.
+/// A link L and the joint that carries it.
 struct Link {
   std::string name;
   std::string joint;  ///< name of the joint; empty for the root
@@ -30,18 +30,25 @@ struct Link {
   /// Joint that this one follows by a gear (URDF "mimic"); it has a position of its own all the
   /// same. Empty: none.
   std::string mimics;
+  double mimic_factor = 1.0, mimic_offset = 0.0;  ///< q = factor · (that joint's) + offset
   Inertia inertia;
   int dof = -1;  ///< index into q; -1 if the joint is fixed (set by RobotTree)
+
+  /// X_PL(q): X_PJ, then a rotation or shift by q along `axis`.
+  Eigen::Isometry3d at(double q) const;
 };
 
 /// A robot as links, parents first, on a base that floats: its root link's pose X_WB comes beside
 /// the joint positions q.
 class RobotTree {
  public:
-  /// @throws ConfigError if a parent does not come before its link, an axis has no length, limits
-  ///         are empty or not numbers, names occur twice, a mass is negative or its inertia is none
-  ///         of a body.
+  /// @throws ConfigError if a parent does not come before its link, an axis has no length, or names
+  ///         occur twice.
   RobotTree(std::string name, std::vector<Link> links);
+  /// What moves by forces needs more than its places.
+  /// @throws ConfigError if limits of a joint are empty or not numbers, a mass is negative or its
+  ///         inertia is none of a body.
+  void require_dynamics() const;
 
   const std::string& name() const { return name_; }
   const std::vector<Link>& links() const { return links_; }
@@ -69,9 +76,12 @@ class RobotTree {
   std::vector<int> moved_;  ///< link of every dof
 };
 
+/// What a URDF is read for.
+enum class UrdfUse { kinematics, dynamics };
+
 /// Reads a URDF file: revolute, continuous, prismatic and fixed joints. Links come in the order of
 /// a walk from the root that goes down first, siblings by name of joint.
 /// @throws ConfigError "FILE: ELEMENT: what, expected ..." in one line
-RobotTree read_urdf(const std::string& file);
+RobotTree read_urdf(const std::string& file, UrdfUse use = UrdfUse::kinematics);
 
 }  // namespace mimesis::robot

@@ -65,7 +65,8 @@ urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
   } catch (const std::exception& e) {
     why = e.what();
   }
-  if (!model) {
+  // urdfdom gives a model back when it could not read a link, and what it had of it: half a link.
+  if (!model || !errors.text().empty()) {
     if (why.empty()) why = errors.text().empty() ? "not XML" : errors.text();
     for (char& c : why) c = c == '\n' || c == '\r' ? ' ' : c;
     throw ConfigError(file + ": " + why + " (expected a URDF robot)");
@@ -113,7 +114,11 @@ void set_joint(const urdf::Joint& joint, const std::string& where, Link& out) {
     default:
       throw ConfigError(where + "type, expected revolute, continuous, prismatic or fixed");
   }
-  if (joint.mimic) out.mimics = joint.mimic->joint_name;
+  if (joint.mimic) {
+    out.mimics = joint.mimic->joint_name;
+    out.mimic_factor = joint.mimic->multiplier;
+    out.mimic_offset = joint.mimic->offset;
+  }
   out.axis = vector_of(joint.axis);
   if (!(out.axis.norm() > 1e-9))
     throw ConfigError(where + "axis of no length, expected a direction");
@@ -145,7 +150,7 @@ void walk(const urdf::Link& link, int parent, const std::string& file, std::vect
 
 }  // namespace
 
-RobotTree read_urdf(const std::string& file) {
+RobotTree read_urdf(const std::string& file, UrdfUse use) {
   const urdf::ModelInterfaceSharedPtr model = parse_urdf(file);
   std::vector<Link> links;
   walk(*model->getRoot(), -1, file, links);
@@ -156,7 +161,9 @@ RobotTree read_urdf(const std::string& file) {
     }
   }
   try {
-    return RobotTree(model->getName(), std::move(links));
+    RobotTree tree(model->getName(), std::move(links));
+    if (use == UrdfUse::dynamics) tree.require_dynamics();
+    return tree;
   } catch (const ConfigError& e) {
     throw ConfigError(file + ": " + e.what());
   }

@@ -155,6 +155,8 @@ class Bus {
   virtual bool lockstep() const = 0;
   /// All ports exist (PortsEnd): a description needs no more of the node.
   virtual void ports_end() {}
+  /// Nothing that follows refuses a parameter: a check needs no more of the node.
+  virtual void refusals_end() {}
   virtual Outside& outside() = 0;
   /// Name of the node, for messages.
   virtual const std::string& node() const = 0;

@@ -23,8 +23,8 @@ namespace {
 using google::protobuf::Message;
 using Json = nlohmann::ordered_json;
 
-/// Ends the construction of a node whose ports are known.
-struct PortsKnown {};
+/// Ends the construction of a node of which enough is known.
+struct Known {};
 
 class SilentIn final : public InChannel {
  public:
@@ -70,8 +70,9 @@ class DescribingBus final : public Bus {
   bool lockstep() const override { return lockstep_; }
   void ports_end() override {
     declared_.complete = true;
-    if (!whole_) throw PortsKnown{};
+    if (!whole_) throw Known{};
   }
+  void refusals_end() override { throw Known{}; }
   Outside& outside() override { return outside_; }
   const std::string& node() const override { return name_; }
   const std::string& directory() const override { return directory_; }
@@ -222,7 +223,7 @@ void declare(const CreateNode& create, const std::string& name, bool lockstep, b
   try {
     create(bus);
     declared.complete = true;
-  } catch (const PortsKnown&) {
+  } catch (const Known&) {
   }
 }
 

@@ -53,6 +53,9 @@ Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home,
     joints.effort_n_m[i] = tree.moved(i).max_effort;
     if (tree.moved(i).type == robot::JointType::prismatic)
       refuse_sliding(file, joints.names[static_cast<std::size_t>(i)]);
+    if (!(joints.limits.q_min[i] < joints.limits.q_max[i]))
+      throw ConfigError(file + ": joint '" + joints.names[static_cast<std::size_t>(i)] +
+                        "': expected limits with lower below upper");
     if (!(joints.limits.v_max[i] > 0.0 && std::isfinite(joints.limits.v_max[i]))) {
       throw ConfigError(file + ": joint '" + joints.names[static_cast<std::size_t>(i)] +
                         "': expected a velocity limit, is " +
@@ -65,7 +68,7 @@ Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home,
 }  // namespace
 
 Joints load_joints(const std::string& file) {
-  if (file.ends_with(".urdf")) {
+  if (model::is_urdf(file)) {
     const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(file));
     return tree_joints(tree, Eigen::VectorXd::Zero(tree.dof()), {}, file);
   }

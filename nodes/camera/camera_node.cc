@@ -160,6 +160,8 @@ CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
     arm_model_ = model::load_arm(params.robot);
     return;
   }
+  const TeacherMotion shown(picture_.script, picture_.table);  // refuses what cannot be shown
+  bus.refusals_end();
   for (std::size_t eye = 0; eye < cameras_.size(); ++eye) {
     teacher_.push_back(std::make_unique<Renderer>(picture_, cameras_[eye], static_cast<int>(eye)));
   }

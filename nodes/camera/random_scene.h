@@ -13,7 +13,7 @@ struct RandomScene {
   std::array<image::Camera, 2> cameras;  ///< left, right
 };
 
-/// Draws a scene from ranges around `usual`, whose lesson it keeps: places and sizes of all things,
+/// Draws a scene from ranges around `usual`, whose demonstration it keeps: places and sizes of all things,
 /// their colours, heights of bar and stands, table top, lamp, light, noise, blur; side, size,
 /// tilt, skin and sleeve of the teacher's hand; clutter, some of it like skin, and a rod that is
 /// carried past before the scene; places, directions and lenses of the cameras. The same seed gives

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -63,12 +64,12 @@ RayScene build(const TeacherTable& t, const Room& room, const Clutter& clutter) 
 
 /// Share of the lamp, a square of 0.4 m seen from `point`, that is not hidden, sampled at 4 places.
 float lamp_share(const RayScene& scene, const Vector3d& point, double jitter_x, double jitter_z) {
-  int seen = 0;
+  std::array<Vector3d, 4> lamp;
   for (int k = 0; k < 4; ++k) {
     const Vector3d offset(0.2 * (k % 2 + jitter_x) - 0.2, 0.0, 0.2 * (k / 2 + jitter_z) - 0.2);
-    seen += scene.blocked(point, scene.room().lamp_m + offset) ? 0 : 1;
+    lamp.at(static_cast<std::size_t>(k)) = scene.room().lamp_m + offset;
   }
-  return 0.25f * static_cast<float>(seen);
+  return 0.25f * static_cast<float>(scene.seen_from(point, lamp));
 }
 
 /// The wall behind the table, seen along `direction`.
@@ -94,11 +95,13 @@ Bgr Room::table_top(double x, double z) const {
 
 void RayScene::add_box(const Vector3d& center, const Vector3d& half_extent, const Bgr& color) {
   boxes_.push_back({center, half_extent, color});
+  top_m_ = std::max(top_m_, center.y() + half_extent.y());
 }
 
 void RayScene::add_cylinder(const Vector3d& base, double radius, double height, const Bgr& side,
                             const Bgr& top) {
   cylinders_.push_back({base, radius, height, side, top});
+  top_m_ = std::max(top_m_, base.y() + height);
 }
 
 void RayScene::meet(const Box& box, const Vector3d& o, const Vector3d& d, Hit& hit) {
@@ -124,6 +127,10 @@ void RayScene::meet(const Box& box, const Vector3d& o, const Vector3d& d, Hit& h
 
 void RayScene::meet(const Cylinder& c, const Vector3d& o, const Vector3d& d, Hit& hit) {
   const double ox = o.x() - c.base.x(), oz = o.z() - c.base.z();
+  const double a = d.x() * d.x() + d.z() * d.z();
+  const double b = ox * d.x() + oz * d.z();
+  const double root = b * b - a * (ox * ox + oz * oz - c.radius * c.radius);
+  if (root < 0.0) return;  // seen from above, the ray passes by: most do
   const double top = c.base.y() + c.height;
   const double to_top = (top - o.y()) / d.y();
   if (to_top > kNear && to_top < hit.distance) {
@@ -134,10 +141,7 @@ void RayScene::meet(const Cylinder& c, const Vector3d& o, const Vector3d& d, Hit
       hit.color = c.top;
     }
   }
-  const double a = d.x() * d.x() + d.z() * d.z();
-  const double b = ox * d.x() + oz * d.z();
-  const double root = b * b - a * (ox * ox + oz * oz - c.radius * c.radius);
-  if (root <= 0.0) return;
+  if (root == 0.0) return;
   const double t = (-b - std::sqrt(root)) / a;
   const double y = o.y() + t * d.y();
   if (t <= kNear || t >= hit.distance || y < c.base.y() || y > top) return;
@@ -172,6 +176,33 @@ bool RayScene::blocked(const Vector3d& from, const Vector3d& to) const {
   for (const Box& b : boxes_) meet(b, from, d, hit);
   for (const Cylinder& c : cylinders_) meet(c, from, d, hit);
   return hit.distance < 1.0;
+}
+
+int RayScene::seen_from(const Vector3d& from, std::span<const Vector3d, 4> to) const {
+  // Below the highest thing a ray to a lamp goes aside by no more than this.
+  double aside = 0.0;
+  for (const Vector3d& end : to) {
+    const double rise = end.y() - from.y();
+    const double part = rise > 0.0 ? std::clamp((top_m_ - from.y()) / rise, 0.0, 1.0) : 1.0;
+    aside = std::max(aside, part * std::hypot(end.x() - from.x(), end.z() - from.z()));
+  }
+  std::array<double, 4> nearest;
+  nearest.fill(1.0);
+  Hit hit;
+  const auto meet_all = [&](const auto& thing) {
+    for (std::size_t k = 0; k < to.size(); ++k) {
+      hit.distance = nearest[k];
+      meet(thing, from, to[k] - from, hit);
+      nearest[k] = hit.distance;
+    }
+  };
+  for (const Box& b : boxes_) meet_all(b);
+  for (const Cylinder& c : cylinders_) {
+    const double reach = c.radius + aside + 1e-6;
+    const double dx = c.base.x() - from.x(), dz = c.base.z() - from.z();
+    if (dx * dx + dz * dz < reach * reach) meet_all(c);
+  }
+  return static_cast<int>(std::ranges::count(nearest, 1.0));
 }
 
 float lambert(const Vector3d& normal, const Vector3d& to_lamp) {

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/image/image.h"
@@ -44,6 +45,8 @@ class RayScene {
   const Room& room() const { return *room_; }
   /// True if something other than the table lies between two points.
   bool blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
+  /// How many of four points above are not blocked: quicker than one after the other.
+  int seen_from(const Eigen::Vector3d& from, std::span<const Eigen::Vector3d, 4> to) const;
 
  private:
   struct Box {
@@ -60,6 +63,7 @@ class RayScene {
   std::optional<Room> room_;
   std::vector<Box> boxes_;
   std::vector<Cylinder> cylinders_;
+  double top_m_ = 0.0;  ///< of the highest thing
 };
 
 /// Light on a surface: ambient plus Lambert's cosine, 0..1 [1].

@@ -189,7 +189,10 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       plan_(bus, "plan", {.latched = true}),
       seen_(bus, "seen", {.latched = true}),
       robot_(bus, "robot", {.latched = true}),
-      robot_frames_(bus, "robot_frames", {.latched = true}) {}
+      robot_frames_(bus, "robot_frames", {.latched = true}) {
+  for (const std::string& link : arm_.unchecked)
+    runtime::warn("link '{}' has no known shape: nothing of it is checked", link);
+}
 
 void PlannerNode::step(runtime::Time now) {
   read_inputs(now);

@@ -40,7 +40,7 @@ pid_t pid_of(const Scenario& run, const std::string& name) {
 }
 
 TEST(CrowdBiped, ItsWalkerIsKilledAndTheOthersGoOn) {
-  Scenario run("crowd_biped", {"--arg", "whole=false", "--arg", "until=30"});
+  Scenario run("crowd_biped", {"--arg", "whole=false", "--arg", "until=8"});
   runtime::Tap tap(
       run.graph().name(), [](const std::string& topic) { return topic == "crowd/status"; },
       runtime::Policy::reliable);

@@ -4,7 +4,7 @@
     tests/graph/random_scenes.py [--bin build/bin] [--first 1] [--count 50] [--least SHARE] [--json FILE]
                                  [--scenario NAME]
 
-Scene N has seed N; the lesson is one of the two that the robot can do as they are, or that of the
+Scene N has seed N; the demonstration is one of the two that the robot can do as they are, or that of the
 scenario. `first` is what was decided before any plan was tried, `no_plan` the planner's reasons.
 Exit code 0 if the share of scenes that succeed is at least SHARE.
 """
@@ -19,7 +19,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-LESSONS = ["precision,above,high", "full,below,low"]
+DEMONSTRATIONS = ["precision,above,high", "full,below,low"]
 # What each scenario of launch/imitation.yaml shall decide. `dialogue`: the first means with the grip
 # seen that have a plan, else those of habit.
 SCENARIOS = {
@@ -34,10 +34,10 @@ SCENARIOS = {
 
 def run(mimesis, seed, folder, scenario=None):
     """One scene: what the launcher says, and whether all was right."""
-    lessons = SCENARIOS[scenario] if scenario else [LESSONS[seed % len(LESSONS)]]
+    demonstrations = SCENARIOS[scenario] if scenario else [DEMONSTRATIONS[seed % len(DEMONSTRATIONS)]]
     command = [mimesis, "launch", "launch/imitation.yaml", "--graph", f"scene-{os.getpid()}-{seed}",
                "--arg", "scene=random", "--arg", f"seed={seed}",
-               "--arg", f"{scenario}=true" if scenario else f"teacher={lessons[0]}",
+               "--arg", f"{scenario}=true" if scenario else f"teacher={demonstrations[0]}",
                "--arg", f"log={folder}/scene.mcap", "--timeout", "300"]
     done = subprocess.run(command, cwd=ROOT, env=dict(os.environ, XDG_STATE_HOME=folder),
                           check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -47,8 +47,8 @@ def run(mimesis, seed, folder, scenario=None):
     said = pathlib.Path(result.get("log", folder), "cognition.log")
     said = said.read_text(encoding="utf-8") if said.exists() else ""
     first = re.search(r"decided: (\w+), (\w+), (\w+)", said)
-    return {"scenario": scenario, "seed": seed, "lesson": " or ".join(lessons), "decided": decided,
-            "right": decided in lessons, "first": ",".join(first.groups()) if first else None,
+    return {"scenario": scenario, "seed": seed, "demonstration": " or ".join(demonstrations), "decided": decided,
+            "right": decided in demonstrations, "first": ",".join(first.groups()) if first else None,
             "no_plan": re.findall(r"planning failed for ([\w, ]+ \([^)]*\))", said),
             "learned": result.get("learned"),
             "placed": bool(result.get("success")), "error_mm": result.get("placement_error_mm"),

@@ -1,5 +1,5 @@
-// Any node of the running imitation is killed: the arm stops, the launcher fails, nothing stays
-// behind.
+// A node of the running imitation is killed (vision: tests/safety): the arm stops, the launcher
+// fails, nothing stays behind.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -46,9 +46,8 @@ class KilledNode : public ::testing::TestWithParam<const char*> {
 
 TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
   const std::string victim = GetParam();
-  const bool sees = victim == "camera" || victim == "vision";
   // A quick teacher: most of the time is that of cameras and vision.
-  Scenario run("imitation", sees ? std::vector<std::string>{"--set", "camera.duration_s=3"}
+  Scenario run("imitation", victim == "camera" ? std::vector<std::string>{"--set", "camera.duration_s=3"}
                                  : played("precision_above_high"));
   ASSERT_TRUE(wait_executing(run)) << run.process().errors();
   const auto before = pids(run);
@@ -104,7 +103,7 @@ TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Nodes, KilledNode,
-                         ::testing::Values("camera", "vision", "cognition", "planner", "bridge",
+                         ::testing::Values("camera", "cognition", "planner", "bridge",
                                            "sim_drives", "sim_hand", "world", "clock"),
                          [](const auto& node) { return std::string(node.param); });
 

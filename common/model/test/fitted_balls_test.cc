@@ -132,7 +132,7 @@ TEST_F(FittedBalls, EveryLinkWithGeometryIsAGroupInItsPlace) {
 
 TEST_F(FittedBalls, StandBesideBallsByHand) {
   const CoveredArm covered = load_covered_arm(
-      written(kRod, "",
+      written(kRod, ", without_geometry: [l2, l3, camera, finger]",
               "groups: [a, b]\nobstacle_groups: [b]\nself_pairs: [{a: a, b: b}]\nballs:\n"
               "  - {link: l1, group: a, center_m: [0, 0, 0.1], radius_m: 0.1}\n"
               "  - {link: l1, group: a, center_m: [0, 0, 0.2], radius_m: 0.1}\n"
@@ -145,6 +145,66 @@ TEST_F(FittedBalls, StandBesideBallsByHand) {
   EXPECT_GT(covered.links[0].over->bare_m3, 0.0) << "two balls do not cover this rod";
   EXPECT_EQ(covered.links[1].over->bare_m3, 0.0);
   EXPECT_EQ(covered.arm.self_pairs, (std::vector<std::pair<int, int>>{{0, 1}}));
+  EXPECT_EQ(covered.arm.unchecked, (std::vector<std::string>{"l2", "l3", "camera", "finger"}));
+}
+
+/// A part that moves and is checked against nothing would be proven by silence.
+TEST_F(FittedBalls, WhatIsNotCheckedIsRefusedUntilTheFileSaysSo) {
+  const std::string seen =
+      "<visual><geometry><cylinder radius='0.05' length='0.3'/></geometry></visual>";
+  const std::string massive =
+      "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+      "iyz='0'/></inertial>";
+  const auto says = [](const std::string& message, const std::string& what) {
+    EXPECT_NE(message.find(what), std::string::npos) << message;
+  };
+  says(refusal(written(seen)), "link 'l2' moves, and has visual, but no collision geometry");
+  says(refusal(written(massive)), "link 'l2' moves, and has mass, but no geometry");
+  EXPECT_EQ(refusal(written("")), "read") << "a frame";
+  EXPECT_EQ(load_arm(written(seen, ", use_visual: true")).groups, load_arm(written(kRod)).groups);
+  const kin::ArmModel excused = load_arm(written(seen, ", without_geometry: [l2]"));
+  EXPECT_EQ(excused.unchecked, std::vector<std::string>{"l2"});
+  EXPECT_TRUE(load_arm(written(kRod, ", without_geometry: [l2]")).unchecked.empty());
+  says(refusal(written(kRod, ", without_geometry: [l9]")), "no link 'l9' that the chain moves");
+
+  const std::string
+      groups = "groups: [a, b]\n",
+      few = "balls: [{link: l1, group: a, fitted_m: 0.03}, {link: l4, group: b, fitted_m: 0.03}]\n";
+  const std::string obstacles = "obstacle_groups: [a, b]\n", pairs = "self_pairs: [{a: a, b: b}]\n";
+  says(refusal(written(kRod, "", groups + few)), "obstacle_groups: there is none");
+  says(refusal(written(kRod, "", groups + obstacles + few)), "self_pairs: there is none");
+  says(refusal(written(kRod, "", groups + obstacles + pairs + few)),
+       "none is on link 'l2' though it has geometry");
+}
+
+/// Fingers: where they stay is said, also of the one that follows the other.
+TEST_F(FittedBalls, JointsBesideTheChainStayWhereTheFileSays) {
+  const CoveredArm covered =
+      load_covered_arm(written(kRod, ", fixed: [{joint: to_finger, at: 0.5}]", "", kRod));
+  EXPECT_EQ(covered.arm.groups.back(), "finger");
+  const robot::RobotTree tree = robot::read_urdf(urdf_folder() / "arm.urdf");
+  robot::Kinematics judge(tree);
+  Eigen::VectorXd q = Eigen::VectorXd::LinSpaced(5, -1.0, 1.0);
+  q[4] = 0.5;
+  judge.update(Eigen::Isometry3d::Identity(), q);
+  std::vector<Eigen::Isometry3d> X;
+  Eigen::Matrix3Xd centers;
+  kin::forward(covered.arm, q.head(4), X);
+  kin::ball_centers(covered.arm, X, centers);
+  const LinkBalls& finger = covered.links.back();
+  for (std::size_t i = finger.begin; i < finger.end; ++i) {
+    const Vector3d at =
+        judge.X_WL(tree.find_link("finger")) * finger.balls[i - finger.begin].center;
+    EXPECT_LT((centers.col(static_cast<Eigen::Index>(i)) - at).norm(), 1e-9);
+  }
+  const auto says = [&](const std::string& fixed, const std::string& what) {
+    const std::string why = refusal(written(kRod, ", fixed: [" + fixed + "]", "", kRod));
+    EXPECT_NE(why.find(what), std::string::npos) << why;
+  };
+  says("{joint: to_finger, at: 2.5}", "within its limits");
+  says("{joint: to_finger}", "at");
+  says("{joint: to_l2, at: 0}", "is in the chain");
+  says("{joint: nobody, at: 0}", "no joint 'nobody'");
 }
 
 TEST_F(FittedBalls, MeshesOfAllFormatsAreTheSame) {
@@ -190,7 +250,7 @@ TEST_F(FittedBalls, SaysWhatIsWrong) {
   says(refusal(written("<collision><geometry><sphere radius='-1'/></geometry></collision>")),
        "radius of a sphere");
   says(refusal(written(kRod, "", "", kRod)),
-       "link 'finger' moves on a joint that is not in the chain");
+       "link 'finger' moves on joint 'to_finger' beside the chain, expected {joint: to_finger");
   says(refusal(written(kRod, "", "groups: [a]\n")), "expected no groups");
   const std::string entry = "groups: [a]\nballs: [{link: l2, group: a, fitted_m: ";
   says(refusal(written("", "", entry + "0.02}]\n")), "link 'l2' has no collision geometry");

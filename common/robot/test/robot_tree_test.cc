@@ -49,7 +49,7 @@ TEST(RobotTree, ReadsLinksJointsAndMasses) {
 }
 
 std::string refusal_of_urdf(const std::string& urdf) {
-  return testing::refusal([&] { read_urdf(write_urdf(urdf)); });
+  return testing::refusal([&] { read_urdf(write_urdf(urdf), UrdfUse::dynamics); });
 }
 
 TEST(RobotTree, RefusesWhatIsNoRobotInOneLineThatNamesIt) {
@@ -85,6 +85,37 @@ TEST(RobotTree, RefusesWhatIsNoRobotInOneLineThatNamesIt) {
     EXPECT_NE(refusal_of_urdf(text), "") << text;
   }
   EXPECT_THROW(read_urdf("/nowhere/robot.urdf"), ConfigError);
+}
+
+/// A planner needs no masses, nor speeds of joints that it does not move.
+TEST(RobotTree, KinematicsNeedNeitherMassesNorSpeeds) {
+  for (const auto& [was, is] : {std::pair("velocity=\"3\"", "velocity=\"0\""),
+                                {"mass value=\"2\"", "mass value=\"-2\""},
+                                {"ixx=\"0.02\"", "ixx=\"0.2\""}}) {
+    std::string urdf = kSmallRobot;
+    urdf.replace(urdf.find(was), std::string(was).size(), is);
+    EXPECT_EQ(testing::refusal([&] { read_urdf(write_urdf(urdf)); }), "") << is;
+  }
+}
+
+/// urdfdom gives back what it could read of a link: its geometry would be gone without a word.
+TEST(RobotTree, RefusesALinkOfWhichAPartCannotBeRead) {
+  for (const char* part :
+       {"<collision><geometry><mesh filename='a.stl' scale='0.001'/></geometry></collision>",
+        "<collision><geometry><capsule radius='0.1' length='1'/></geometry></collision>",
+        "<collision><geometry/></collision>",
+        "<visual><geometry><box size='1 1'/></geometry></visual>",
+        "<visual><geometry><cylinder radius='1,5' length='2'/></geometry></visual>",
+        "<collision><origin xyz='0 0'/><geometry><sphere radius='1'/></geometry></collision>",
+        "<inertial><mass value='x'/></inertial>"}) {
+    std::string urdf = kSmallRobot;
+    const std::string head = "<link name=\"tip\">";
+    const auto at = urdf.find("<link name=\"tip\"/>");
+    ASSERT_NE(at, std::string::npos);
+    urdf.replace(at, head.size() + 1, head + part + "</link>");
+    const std::string why = testing::refusal([&] { read_urdf(write_urdf(urdf)); });
+    EXPECT_NE(why.find("[tip]"), std::string::npos) << part << ": " << why;
+  }
 }
 
 TEST(RobotTree, RefusesLinksOutOfOrder) {

@@ -134,7 +134,7 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       judge_({.settle_s = params.settle_s, .time_limit_s = params.time_limit_s}, bus),
       sensors_(bus, "sensors"),
       truth_(bus, "truth"),
-      arm_(bus, "joint_states"),
+      joint_states_(bus, "joint_states"),
       drawer_state_(bus, "drawer"),
       sight_(bus, "sight"),
       touch_(bus, "touch"),
@@ -280,17 +280,17 @@ void SimBodyNode::publish(runtime::Time now) {
   to_proto(world_.truth(), truth_message_);
   truth_.send(truth_message_, now);
 
-  arm_message_.Clear();
+  joint_states_message_.Clear();
   bool operational = true;
   for (const Drive* drive : drives_) {
-    arm_message_.add_position_rad(drive->position_rad());
-    arm_message_.add_velocity_rad_s(drive->velocity_rad_s());
-    arm_message_.add_torque_n_m(drive->torque_n_m());
-    arm_message_.add_drives(static_cast<v1::DriveState>(drive->state()));
+    joint_states_message_.add_position_rad(drive->position_rad());
+    joint_states_message_.add_velocity_rad_s(drive->velocity_rad_s());
+    joint_states_message_.add_torque_n_m(drive->torque_n_m());
+    joint_states_message_.add_drives(static_cast<v1::DriveState>(drive->state()));
     operational = operational && drive->state() == DriveState::operation_enabled;
   }
-  arm_message_.set_operational(operational);
-  arm_.send(arm_message_, now);
+  joint_states_message_.set_operational(operational);
+  joint_states_.send(joint_states_message_, now);
 
   if (drawer_) {
     to_proto(drawer_->now(), drawer_message_);

@@ -61,7 +61,7 @@ class SimBodyNode {
   OutcomeJudge judge_;
   runtime::Out<v1::BodySensors> sensors_;
   runtime::Out<v1::BodyTruth> truth_;
-  runtime::Out<v1::JointState> arm_;
+  runtime::Out<v1::JointState> joint_states_;
   runtime::Out<v1::DrawerState> drawer_state_;
   runtime::Out<v1::HeadSight> sight_;
   runtime::Out<v1::HandTouch> touch_;
@@ -69,7 +69,7 @@ class SimBodyNode {
   runtime::Out<foxglove::FrameTransforms> transforms_;
   v1::BodySensors sensors_message_;
   v1::BodyTruth truth_message_;
-  v1::JointState arm_message_;
+  v1::JointState joint_states_message_;
   v1::DrawerState drawer_message_;
   v1::HeadSight sight_message_;
   v1::HandTouch touch_message_;

@@ -80,13 +80,13 @@ struct ObjectInScene {
 
 /// One body overlaps another.
 struct Contact {
-  std::string name;    ///< "fore ball 8 with bridge"
+  std::string name;    ///< "fore ball 8 with bar"
   double depth = 0.0;  ///< of the deepest pair of balls [m]
 };
 
 /// Counts collisions of arm and object with the table, with each other and of the arm with itself,
 /// by safety balls [M18 2.3.2]: two bodies collide if a ball of one is nearer to a ball (or box) of
-/// the other than the sum of the radii. Bodies are the arm's groups, the object, the bridge and
+/// the other than the sum of the radii. Bodies are the arm's groups, the object, the bar and
 /// each box. A contact of two bodies counts once, from the first overlap until they part.
 class CollisionMonitor {
  public:
@@ -94,7 +94,7 @@ class CollisionMonitor {
       : arm_(arm),
         table_(table),
         object_(static_cast<int>(arm.groups.size())),
-        bridge_(object_ + 1),
+        bar_(object_ + 1),
         first_box_(object_ + 2) {
     for (const kin::SafetyBall& ball : arm_.balls) {
       if (ball.frame == arm_.dof()) hand_ = ball.group;
@@ -158,8 +158,8 @@ class CollisionMonitor {
       return;
     }
     for (const kin::Ball& ball : table_.balls) {
-      note(part.body, bridge_, part.radius + ball.radius - (part.center - ball.center).norm(),
-           part.name, "bridge");
+      note(part.body, bar_, part.radius + ball.radius - (part.center - ball.center).norm(),
+           part.name, "bar");
     }
     for (std::size_t k = 0; k < table_.boxes.size(); ++k) {
       const kin::Box& box = table_.boxes[k];
@@ -209,7 +209,7 @@ class CollisionMonitor {
 
   kin::ArmModel arm_;
   kin::Table table_;
-  int object_, bridge_, first_box_;  // numbers of the bodies after the arm's groups
+  int object_, bar_, first_box_;  // numbers of the bodies after the arm's groups
   int hand_ = -1;                    // the group that the last link carries
   std::vector<Part> parts_;          // arm, then the held object
   Eigen::Matrix3Xd centers_;

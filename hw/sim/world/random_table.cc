@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Whether the arm's safety balls keep this far from bridge and boxes.
+/// Whether the arm's safety balls keep this far from bar and boxes.
 bool clear(const kin::ArmModel& arm, const kin::Table& table, const Eigen::VectorXd& q,
            double spare_m) {
   std::vector<Eigen::Isometry3d> X;

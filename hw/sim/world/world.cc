@@ -122,7 +122,7 @@ void ObjectModel::plan_landing() {
     const double aside = (ball.center - p).head<2>().norm();
     if (aside < ball.radius + cylinder_.radius && ball.center.z() < bottom &&
         ball.center.z() + ball.radius > landing_z_) {
-      will_topple_ = "released above the bridge";
+      will_topple_ = "released above the bar";
     }
   }
 }

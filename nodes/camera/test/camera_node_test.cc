@@ -42,6 +42,7 @@ TEST(CameraNode, TellsItsImagesPackedOnRequest) {
     CameraParams params;
     params.packed = format;
     params.stereo = true;
+    params.picture.view = {.focal_px = 370.0, .width_px = 320, .height_px = 240};
     CameraNode node(params, bus);
     node.step(2s);
     for (const std::string eye : {"", "right"}) {

@@ -85,7 +85,7 @@ const std::array kTasks{Task{Grip::precision, Transport::above, "high", {}},
                         Task{Grip::full, Transport::below, "low", {}}};
 
 TEST(Interrupt, EndsATaskWithAReasonOrLeavesItWhole) {
-  constexpr int kSamples = 8;
+  constexpr int kSamples = 5;
   const InterruptDemo& d = demo_of_tasks();
   std::mt19937_64 random(11);
   for (const Task& task : kTasks) {

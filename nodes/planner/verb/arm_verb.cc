@@ -26,7 +26,8 @@ Json json_of(const model::CoveredArm& covered) {
               {"joints", covered.arm.dof()},
               {"balls", covered.arm.balls.size()},
               {"links", Json::array()},
-              {"touching_at_home", covered.touching_at_home}};
+              {"touching_at_home", covered.touching_at_home},
+              {"unchecked", covered.arm.unchecked}};
   for (const model::LinkBalls& link : covered.links) {
     Json row{{"link", link.link},
              {"group", covered.arm.groups[static_cast<std::size_t>(link.group)]},
@@ -67,18 +68,28 @@ void print_table(const model::CoveredArm& covered) {
   fmt::print("{} balls\n", covered.arm.balls.size());
   for (const auto& [a, b] : covered.touching_at_home)
     fmt::print("not checked against each other, as their balls touch at home: {}, {}\n", a, b);
+  for (const std::string& link : covered.arm.unchecked)
+    fmt::print("of no known shape, checked against nothing: {}\n", link);
 }
 
-/// The balls as an arm's file gives them.
+/// Balls and checks as an arm's file gives them.
 void print_yaml(const model::CoveredArm& covered) {
+  const kin::ArmModel& arm = covered.arm;
+  const auto name = [&](int group) { return arm.groups[static_cast<std::size_t>(group)]; };
+  std::vector<std::string> obstacles;
+  for (const int group : arm.env_groups) obstacles.push_back(name(group));
+  fmt::print("groups: [{}]\nobstacle_groups: [{}]\n", fmt::join(arm.groups, ", "),
+             fmt::join(obstacles, ", "));
+  fmt::print("self_pairs:{}\n", arm.self_pairs.empty() ? " []" : "");
+  for (const auto& [a, b] : arm.self_pairs) fmt::print("  - {{a: {}, b: {}}}\n", name(a), name(b));
   fmt::print("balls:\n");
   for (const model::LinkBalls& link : covered.links) {
     const bool frame = link.link.starts_with("frame ");
     for (const robot::CoverBall& b : link.balls) {
       fmt::print("  - {{{}, group: {}, center_m: [{:.6f}, {:.6f}, {:.6f}], radius_m: {:.6f}}}\n",
-                 frame ? "frame: " + link.link.substr(6) : "link: " + link.link,
-                 covered.arm.groups[static_cast<std::size_t>(link.group)], b.center.x(),
-                 b.center.y(), b.center.z(), b.radius + 1e-6);  // what the digits leave out
+                 frame ? "frame: " + link.link.substr(6) : "link: " + link.link, name(link.group),
+                 b.center.x(), b.center.y(), b.center.z(),
+                 b.radius + 1e-6);  // what the digits leave out
     }
   }
 }
@@ -106,8 +117,9 @@ void add_plan(CLI::App& program, int& exit_code) {
   sub->add_option("ROBOT", o->robot, "Arm, a file as models/lwr4.yaml")->required();
   sub->add_flag("--json", o->json,
                 "One object: arm, joints, balls, links [{link, group, fitted, balls, reach_m, "
-                "solid_m3, balls_m3, bare_m3}], touching_at_home");
-  sub->add_flag("--yaml", o->yaml, "The balls as an arm's file gives them: no more fitting then");
+                "solid_m3, balls_m3, bare_m3}], touching_at_home, unchecked");
+  sub->add_flag("--yaml", o->yaml,
+                "Balls and checks as an arm's file gives them: no more fitting then");
   sub->footer(
       "Of links with collision geometry: how far a ball reaches out of it at most, volume of the "
       "balls by that of the geometry, share of the geometry that is in no ball (0 of fitted "

@@ -31,6 +31,10 @@ int verify(const VerifyOptions& o) {
   } catch (const ConfigError& e) {
     throw ConfigError(o.file + ": " + e.what());
   }
+  for (const std::string& link : arm.unchecked)
+    verdict.findings.insert(
+        verdict.findings.begin(),
+        fmt::format("link {} has no known shape: nothing of it is checked", link));
   const bool proven = verdict.findings.empty();
   const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   if (o.json) {

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <string>
 
@@ -38,15 +39,18 @@ void check(const motion::MotionModel& model) {
 /// Real Fourier factors of a periodic row: c, a₁, b₁, a₂, ... up to below the Nyquist frequency.
 Eigen::RowVectorXd fourier(const Eigen::RowVectorXd& s, int harmonics) {
   const Eigen::Index length = s.size();
+  Eigen::ArrayXd angle(length);
+  for (Eigen::Index t = 0; t < length; ++t)
+    angle[t] = math::kTwoPi * static_cast<double>(t) / static_cast<double>(length);
+  const Eigen::ArrayXd cosine = angle.unaryExpr([](double x) { return std::cos(x); });
+  const Eigen::ArrayXd sine = angle.unaryExpr([](double x) { return std::sin(x); });
   Eigen::RowVectorXd f(1 + 2 * harmonics);
   f[0] = s.mean();
   for (int h = 1; h <= harmonics; ++h) {
     double a = 0.0, b = 0.0;
     for (Eigen::Index t = 0; t < length; ++t) {  // h·t modulo T: exact angles
-      const double angle =
-          math::kTwoPi * static_cast<double>(h * t % length) / static_cast<double>(length);
-      a += s[t] * std::cos(angle);
-      b += s[t] * std::sin(angle);
+      a += s[t] * cosine[h * t % length];
+      b += s[t] * sine[h * t % length];
     }
     f[2 * h - 1] = 2.0 * a / static_cast<double>(length);
     f[2 * h] = 2.0 * b / static_cast<double>(length);
@@ -84,32 +88,34 @@ MotionSeries::MotionSeries(const motion::MotionModel& model, int harmonics, doub
   }
   for (Eigen::Index i = 0; i < k; ++i) source_.row(i) = fourier(periodic.row(i), most);
 
+  Eigen::ArrayXd omitted = Eigen::ArrayXd::Zero(most + 1);
+  for (const motion::Pattern& p : model.patterns) omitted = omitted.max(truncations(p));
   harmonics_ = harmonics > 0 ? harmonics : 1;
-  for (;; ++harmonics_) {
-    truncation_rad_ = 0.0;
-    for (const motion::Pattern& p : model.patterns) {
-      truncation_rad_ = std::max(truncation_rad_, truncation(p, harmonics_));
-    }
-    if (harmonics > 0 || truncation_rad_ <= tolerance_rad || harmonics_ == most) break;
-  }
+  while (harmonics == 0 && omitted[harmonics_] > tolerance_rad && harmonics_ < most) ++harmonics_;
+  truncation_rad_ = omitted[harmonics_];
   basis_ = (1 + 2 * harmonics_ + slow_functions() + 3) / 4 * 4;
   stride_ = (rows_ + 15) / 16 * 16;
 }
 
-double MotionSeries::truncation(const motion::Pattern& pattern, int harmonics) const {
-  double worst = 0.0;
+Eigen::ArrayXd MotionSeries::truncations(const motion::Pattern& pattern) const {
+  const Eigen::Index most = (source_.cols() - 1) / 2;
+  Eigen::ArrayXd worst = Eigen::ArrayXd::Zero(most + 1);
   for (Eigen::Index r = 0; r < rows_; ++r) {
-    double sum = 0.0;  // Σₕ |Σₖ wₖ Cₖₕ e^{−ihφₖ}| of the omitted terms
-    for (int h = harmonics + 1; 2 * h < source_.cols(); ++h) {
-      double a = 0.0, b = 0.0;
-      for (Eigen::Index k = 0; k < source_.rows(); ++k) {
-        const double w = pattern.weight_rad(r, k), d = h * pattern.delay_rad(r, k);
-        a += w * (source_(k, 2 * h - 1) * std::cos(d) - source_(k, 2 * h) * std::sin(d));
-        b += w * (source_(k, 2 * h - 1) * std::sin(d) + source_(k, 2 * h) * std::cos(d));
+    Eigen::ArrayXcd term = Eigen::ArrayXcd::Zero(most + 1);  // Σₖ wₖ Cₖₕ e^{−ihφₖ}
+    for (Eigen::Index k = 0; k < source_.rows(); ++k) {
+      const auto turn = std::polar(1.0, pattern.delay_rad(r, k));
+      std::complex<double> turned = pattern.weight_rad(r, k);
+      for (Eigen::Index h = 1; h <= most; ++h) {
+        turned *= turn;
+        term[h] += turned * std::complex(source_(k, 2 * h - 1), source_(k, 2 * h));
       }
-      sum += std::hypot(a, b);
     }
-    worst = std::max(worst, sum);
+    double sum = 0.0;
+    for (Eigen::Index h = most; h >= 1; --h) {
+      worst[h] = std::max(worst[h], sum);
+      sum += std::abs(term[h]);
+    }
+    worst[0] = std::max(worst[0], sum);
   }
   return worst;
 }

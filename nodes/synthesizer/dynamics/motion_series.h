@@ -47,7 +47,9 @@ class MotionSeries {
   void tabulate(const float* series, int samples, float* table) const;
 
  private:
-  double truncation(const motion::Pattern& pattern, int harmonics) const;
+  /// truncation_rad() of a pattern for H = 0 up to the largest: Σₕ |Σₖ wₖ Cₖₕ e^{−ihφₖ}| of the
+  /// omitted terms, of the row where it is largest.
+  Eigen::ArrayXd truncations(const motion::Pattern& pattern) const;
 
   int rows_ = 0, harmonics_ = 0, basis_ = 0, stride_ = 0, fixed_ = 0;
   double truncation_rad_ = 0.0;

@@ -18,7 +18,7 @@ kin::ArmModel arm() {
   return a;
 }
 
-/// A box in the way of the forearm at 90°, its face at y = 0.4; a bridge ball in the way of the
+/// A box in the way of the forearm at 90°, its face at y = 0.4; a ball of the bar in the way of the
 /// hand at −90°.
 kin::Table table() {
   kin::Table t;
@@ -80,7 +80,7 @@ TEST(Collisions, AllBallsOfTheBarAreOneBody) {
   Scene scene;
   scene.turn_to(-M_PI / 2);
   EXPECT_EQ(scene.monitor.count(), 1);
-  EXPECT_EQ(scene.monitor.last(), "hand ball 2 with bridge");
+  EXPECT_EQ(scene.monitor.last(), "hand ball 2 with bar");
 }
 
 TEST(Collisions, SelfContactsCount) {

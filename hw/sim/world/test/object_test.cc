@@ -144,7 +144,7 @@ TEST(Object, AboveTheBarItTopples) {
   object.carry(Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.3, 0.35)));
   object.release();
   steps_until_rest(object);
-  EXPECT_EQ(object.mishap(), "released above the bridge");
+  EXPECT_EQ(object.mishap(), "released above the bar");
 }
 
 TEST(Object, KnockedOverItLiesWhereItStood) {

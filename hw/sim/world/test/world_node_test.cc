@@ -123,7 +123,7 @@ TEST_F(WorldNodeTest, APlacedObjectThatTouchedSomethingOnTheWayIsNoSuccess) {
   act(grasp.at, 0.0);
   send_task(v1::TASK_STATE_EXECUTING, v1::GOAL_HIGH);
   act(grasp.at, 0.3);
-  for (double share = 0.0; share < 1.0; share += 0.05)  // straight on, not around the bridge
+  for (double share = 0.0; share < 1.0; share += 0.05)  // straight on, not around the bar
     act(grasp.at + share * (place.at - grasp.at), 0.3);
   act(place.at, 0.3);
   act(place.at, 0.0, 10);

@@ -15,8 +15,8 @@
 
 #include "common/model/arm_cover.h"
 #include "common/model/files.h"
-#include "common/robot/collision_solids.h"
 #include "common/robot/kinematics.h"
+#include "common/robot/link_geometry.h"
 #include "common/shared_data.h"
 #include "common/testing/temporary_folder.h"
 #include "nodes/planner/move_plan.h"
@@ -65,8 +65,8 @@ class Judge {
       : tree_(robot::read_urdf(urdf)), kinematics_(tree_), covered_(covered) {
     std::vector<std::string> names;
     for (const auto& link : covered.links) names.push_back(link.link);
-    for (const auto& [name, solids] : robot::collision_solids(urdf, names)) {
-      for (const robot::Solid& solid : solids)
+    for (const auto& [name, geometry] : robot::link_geometry(urdf, names)) {
+      for (const robot::Solid& solid : geometry.solids)
         parts_.push_back({group_of(name), tree_.find_link(name), solid.X_LS, shape_of(solid)});
     }
   }

@@ -64,7 +64,7 @@ Outcome run(int eyes, std::uint64_t seed, double told_m, int frames, const HandS
 }
 
 TEST(HandTracker, FollowsItsOwnModel) {
-  constexpr int kRuns = 4;
+  constexpr int kRuns = 2;
   std::array<Outcome, 2> mean{};
   for (int seed = 1; seed <= kRuns; ++seed) {
     for (const int eyes : {1, 2}) {

@@ -1,4 +1,4 @@
-#include "common/robot/collision_solids.h"
+#include "common/robot/link_geometry.h"
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -77,51 +77,61 @@ void check_sizes(const Vector3d& v, const std::string& what) {
     throw ConfigError(what + ", expected lengths above 0, and below 100 m");
 }
 
-Solid solid_of(const urdf::Collision& collision, const std::string& urdf_file) {
-  Solid solid{.X_LS = pose_of(collision.origin)};
+Solid solid_of(const urdf::Pose& origin, const urdf::Geometry* geometry,
+               const std::string& urdf_file) {
+  Solid solid{.X_LS = pose_of(origin)};
   if (!solid.X_LS.matrix().allFinite())
-    throw ConfigError("origin of a collision, expected finite numbers");
-  if (const auto* box = dynamic_cast<const urdf::Box*>(collision.geometry.get())) {
+    throw ConfigError("origin of its geometry, expected finite numbers");
+  if (const auto* box = dynamic_cast<const urdf::Box*>(geometry)) {
     solid.half_m = 0.5 * vector_of(box->dim);
     check_sizes(solid.half_m, "size of a box");
-  } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(collision.geometry.get())) {
+  } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(geometry)) {
     solid.kind = Solid::Kind::ball;
     solid.half_m.setConstant(ball->radius);
     check_sizes(solid.half_m, "radius of a sphere");
-  } else if (const auto* rod = dynamic_cast<const urdf::Cylinder*>(collision.geometry.get())) {
+  } else if (const auto* rod = dynamic_cast<const urdf::Cylinder*>(geometry)) {
     solid.kind = Solid::Kind::cylinder;
     solid.half_m = {rod->radius, rod->radius, 0.5 * rod->length};
     check_sizes(solid.half_m, "radius or length of a cylinder");
-  } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(collision.geometry.get())) {
+  } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(geometry)) {
     solid.kind = Solid::Kind::mesh;
     check_sizes(vector_of(mesh->scale).cwiseAbs(), "scale of a mesh");
     solid.mesh = read_mesh(mesh_path(urdf_file, mesh->filename), vector_of(mesh->scale));
     check_sizes(Vector3d::Constant(solid.mesh->box().sizes().maxCoeff()), "size of a mesh");
   } else {
-    throw ConfigError("a collision, expected box, cylinder, sphere or mesh");
+    throw ConfigError("its geometry, expected box, cylinder, sphere or mesh");
   }
   return solid;
 }
 
 }  // namespace
 
-std::map<std::string, std::vector<Solid>> collision_solids(const std::string& urdf_file,
-                                                           const std::vector<std::string>& links) {
+std::map<std::string, LinkGeometry> link_geometry(const std::string& urdf_file,
+                                                  const std::vector<std::string>& links,
+                                                  bool use_visual) {
   const auto model = parse_urdf(urdf_file);
-  std::map<std::string, std::vector<Solid>> solids;
+  std::map<std::string, LinkGeometry> found;
   for (const std::string& name : links) {
     const auto link = model->getLink(name);
     if (link == nullptr) continue;
+    LinkGeometry& out = found[name];
+    out.seen = !link->visual_array.empty();
+    const auto add = [&](const auto& parts) {
+      for (const auto& part : parts) {
+        if (!part || !part->geometry) throw ConfigError("it has no shape, expected a geometry");
+        out.solids.push_back(solid_of(part->origin, part->geometry.get(), urdf_file));
+      }
+    };
     try {
-      for (const auto& collision : link->collision_array)
-        if (collision) solids[name].push_back(solid_of(*collision, urdf_file));
+      add(link->collision_array);
+      if (out.solids.empty() && use_visual) add(link->visual_array);
     } catch (const ConfigError& e) {
       std::string what = urdf_file + ": link '" + name + "': " + e.what();
       for (char& c : what) c = c == '\n' || c == '\r' ? ' ' : c;
       throw ConfigError(what);
     }
   }
-  return solids;
+  return found;
 }
 
 }  // namespace mimesis::robot
