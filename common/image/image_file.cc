@@ -131,9 +131,4 @@ tl::expected<void, Status> write_png(const std::filesystem::path& path, const Im
   return write_bytes(path, encode_png(image));
 }
 
-tl::expected<void, Status> write_jpeg(const std::filesystem::path& path, const Image& image,
-                                      int quality) {
-  return write_bytes(path, encode_jpeg(image, quality));
-}
-
 }  // namespace mimesis::image

@@ -23,7 +23,5 @@ tl::expected<std::string, Status> encode_jpeg(const Image& image, int quality);
 
 /// Writes such a file.
 tl::expected<void, Status> write_png(const std::filesystem::path& path, const Image& image);
-tl::expected<void, Status> write_jpeg(const std::filesystem::path& path, const Image& image,
-                                      int quality);
 
 }  // namespace mimesis::image

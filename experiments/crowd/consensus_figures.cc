@@ -3,7 +3,6 @@
 #include <string>
 
 #include "common/math/circle.h"
-#include "common/plot/gnuplot.h"
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/harness/statistics.h"
@@ -13,7 +12,6 @@
 namespace mimesis::crowd {
 namespace {
 
-using plot::Data;
 using namespace reproduce;
 using math::kTwoPi;
 
@@ -66,25 +64,7 @@ Agreement agree(const Walkers& group) {
   return {double(agreed) / kStarts, median(rates)};
 }
 
-/// Rows: t, then ψᵢ (unwrapped), then x, y of every agent, then the mean heading.
-Data course(const std::string& name, const Walkers& group, double seconds) {
-  std::mt19937_64 draw(29);
-  Crowd crowd = group.start(draw);
-  Data out{name, {}};
-  for (int n = 0; crowd.time_s() < seconds; ++n, crowd.step()) {
-    if (n % 3 != 0) continue;
-    std::vector<double> row{crowd.time_s()};
-    for (const double h : crowd.heading_rad()) row.push_back(math::wrap_pi(h));
-    for (std::size_t i = 0; i < kAgents; ++i) {
-      row.insert(row.end(), {crowd.x_m()[i], crowd.y_m()[i]});
-    }
-    row.push_back(circular_sum(crowd.heading_rad()).angle());
-    out.rows.push_back(row);
-  }
-  return out;
-}
-
-Report consensus(const PlotDir& dir) {
+Report consensus(const PlotDir&) {
   const Walkers direct{{.kind = HeadingKind::consensus, .gain = 0.2}, 0.0};
   Walkers filtered = direct, uneven = direct;
   filtered.rule.low_pass_s = 0.8;
@@ -101,35 +81,6 @@ Report consensus(const PlotDir& dir) {
   rows("mean heading", direct, true);
   rows("behind a low-pass of 0.8 s", filtered, true);
   rows("low-pass of 0.15 s, frequencies ± 15 %", uneven, false);
-  if (dir) {
-    report.plots.push_back(*dir / "consensus.png");
-    const auto angles = [](const std::string& name) {
-      std::string s = "plot ";
-      for (int i = 0; i < kAgents; ++i) {
-        s += "$" + name + " using 1:" + std::to_string(i + 2) + " with points pt 7 ps 0.2 lc " +
-             std::to_string(i % 6 + 1) + " notitle, ";
-      }
-      return s + "$" + name + " using 1:" + std::to_string(3 * kAgents + 2) +
-             " with lines lw 2 lc 8 dt 2 title 'mean'\n";
-    };
-    std::string paths = "plot ";
-    for (int i = 0; i < kAgents; ++i) {
-      const int column = kAgents + 2 + 2 * i;
-      paths += std::string(i ? ", " : "") + "$direct using " + std::to_string(column) + ":" +
-               std::to_string(column + 1) + " with lines lw 1.5 lc " + std::to_string(i % 6 + 1) +
-               " notitle";
-    }
-    plot::plot_png(
-        report.plots.back(), 1200, 430,
-        {course("direct", direct, 6.0), course("filtered", filtered, 6.0)},
-        "set multiplot layout 1,3 title 'Twelve agents agree on a heading (quorum sensing)'\n"
-        "set grid\nset xlabel 'time [s]'\nset ylabel 'heading [rad]'\nset xrange [0:6]\n"
-        "set yrange [-3.3:3.3]\nset title 'a) to the mean heading'\n" +
-            angles("direct") + "set title 'b) behind a low-pass of 0.8 s'\n" + angles("filtered") +
-            "set title 'c) paths of a)'\nset size ratio -1\nset xlabel 'x [m]'\n"
-            "set ylabel 'y [m]'\nset autoscale\n" +
-            paths + "\nunset multiplot");
-  }
   return report;
 }
 

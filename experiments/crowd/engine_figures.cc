@@ -1,33 +1,24 @@
 // No agents overlap, all arrive.
 #include <algorithm>
-#include <string>
 
-#include "common/plot/gnuplot.h"
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
 
 namespace mimesis::crowd {
 namespace {
 
-using plot::Data;
 using namespace reproduce;
 
-/// Steps until all have arrived, at most `until_s`; ways of every tenth agent for the plot.
+/// Steps until all have arrived, at most `until_s`.
 struct Passage {
   double least_gap_m = 1e9, time_s = 0.0;
   int overlaps = 0, arrived = 0;
-  std::vector<Data> ways;
 };
 
-Passage pass(Crowd crowd, double until_s, int drawn) {
+Passage pass(Crowd crowd, double until_s) {
   Passage p;
-  for (int i = 0; i < drawn; ++i) p.ways.push_back({"way" + std::to_string(i), {}});
   for (int step = 0; crowd.time_s() < until_s; ++step) {
     if (step % 25 == 0) {
-      for (int i = 0; i < drawn; ++i) {
-        const auto row = static_cast<std::size_t>(i * crowd.size() / drawn);
-        p.ways[static_cast<std::size_t>(i)].rows.push_back({crowd.x_m()[row], crowd.y_m()[row]});
-      }
       p.arrived = arrived(crowd, 0.5);
       if (p.arrived == crowd.size()) break;
     }
@@ -47,31 +38,15 @@ void report_passage(const Passage& p, int all, double free_s, Report& report) {
                  "twice the time of who is alone");
 }
 
-void plot_ways(const std::filesystem::path& png, const std::string& title, const Passage& p) {
-  std::string script =
-      "set size ratio -1\nset grid\nset xlabel 'x [m]'\nset ylabel 'y [m]'\n"
-      "set title '" +
-      title + "'\nplot ";
-  for (std::size_t i = 0; i < p.ways.size(); ++i) {
-    script += (i > 0 ? ", $" : "$") + p.ways[i].name + " with lines lw 1 lc palette frac " +
-              std::to_string(static_cast<double>(i) / static_cast<double>(p.ways.size())) +
-              " notitle";
-  }
-  plot::plot_png(png, 800, 800, p.ways, "unset colorbox\n" + script);
-}
-
-Report circle(const PlotDir& dir) {
-  const Passage p = pass(ring_crowd(250), 180.0, 50);
+Report circle(const PlotDir&) {
+  const Passage p = pass(ring_crowd(250), 180.0);
   Report report;
   report_passage(p, 250, 80.0 / (0.22 * 6.0), report);
-  if (dir)
-    plot_ways(report.picture(*dir / "circle-250.png"),
-              "250 agents change places across a circle; ways of 50", p);
   return report;
 }
 
 Report head_on(const PlotDir&) {
-  const Passage p = pass(head_on_crowd(1000), 60.0, 0);
+  const Passage p = pass(head_on_crowd(1000), 60.0);
   Report report;
   report_passage(p, 2000, 10.0 / (0.22 * 6.0), report);
   return report;

@@ -155,41 +155,20 @@ Report rows_of_agents(const PlotDir& dir) {
   return report;
 }
 
-Report divergence(const PlotDir& dir) {
+Report divergence(const PlotDir&) {
   Report report;
-  std::vector<Data> data;
-  std::string curves;
   for (const Topology topology : {Topology::all_to_all, Topology::ring, Topology::chain}) {
     const double lambda = extremes(topology, 5).most, gain = -0.5;
-    const double expected = -gain * lambda, seconds = 14.0 / expected;
+    const double expected = -gain * lambda;
     const std::string name(to_string(topology));
     const double rate = measured(topology, 5, gain / kMean_m_rad, 26.0 / expected, 1e-10);
     report.near(name + " of 5, m_d⟨g⟩ = -0.5/s: growth", -rate,
                 closed_form(expected, "|m_d|⟨g⟩λ_max"), 0.01 * expected, "1/s");
-    std::mt19937_64 draw(9);
-    Crowd crowd = queue(topology, 5, gain / kMean_m_rad, 1e-4, draw);
-    Data d{"d" + std::to_string(data.size()), {}};
-    for (; crowd.time_s() < seconds; crowd.step()) {
-      d.rows.push_back(
-          {crowd.time_s(), formation_error_m(crowd), 3e-5 * std::exp(expected * crowd.time_s())});
-    }
-    const std::string c = std::to_string(data.size() + 1);
-    curves += (data.empty() ? "plot $" : ", $") + d.name + " using 1:2 with lines lc " + c +
-              " title '" + name + "', $" + d.name + " using 1:3 with lines dt 2 lw 1 lc " + c +
-              (data.empty() ? " title 'exp(|m_d|⟨g⟩λ_max t)'" : " notitle");
-    data.push_back(std::move(d));
   }
   // with the other sign the agents of this start come together
   report.near("all_to_all of 5, m_d⟨g⟩ = +0.5/s: rate",
               measured(Topology::all_to_all, 5, 0.5 / kMean_m_rad, 8.0, 1.0),
               closed_form(2.5, "m_d⟨g⟩λ⁺"), 0.025, "1/s");
-  if (dir)
-    plot::plot_png(report.picture(*dir / "divergence.png"), 760, 480, data,
-                   "set title 'm_d < 0: the formation falls apart (five agents)'\nset grid\n"
-                   "set logscale y\nset format y '%.0e'\nset xlabel 'time [s]'\n"
-                   "set ylabel 'formation error [m]'\nset yrange [1e-5:100]\n"
-                   "set key bottom right\n" +
-                       curves);
   return report;
 }
 

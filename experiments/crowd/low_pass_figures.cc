@@ -6,12 +6,10 @@
 #include <cmath>
 #include <random>
 #include <sstream>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "common/math/circle.h"
-#include "common/plot/gnuplot.h"
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
 #include "nodes/crowd/certificate/contraction.h"
@@ -19,7 +17,6 @@
 namespace mimesis::crowd {
 namespace {
 
-using plot::Data;
 using namespace reproduce;
 
 constexpr double kFilterStep_s = 0.001;
@@ -90,7 +87,7 @@ double expected(const Case& c, double alpha) {
   return kOmega_rad_s * least;
 }
 
-Report low_pass(const PlotDir& dir) {
+Report low_pass(const PlotDir&) {
   Report report;
   for (const Case& c : {Case{Topology::all_to_all, 5, 0.8},
                         {Topology::all_to_all, 8, 0.3},
@@ -115,30 +112,6 @@ Report low_pass(const PlotDir& dir) {
       report.at_most(what.str() + ", from anywhere: phase error in 80 s", error, 1e-2, "rad",
                      "contracts above the bound");
     }
-  }
-  if (dir) {
-    std::vector<Data> data;
-    std::string curves;
-    const Case shown{Topology::all_to_all, 5, 0.8};
-    for (const double factor : kFactors) {
-      Crowd crowd = filtered(shown, factor * shown.bound(), math::kTwoPi);
-      Data d{"d" + std::to_string(data.size()), {}};
-      while (crowd.time_s() < 80.0) {
-        const double most = most_of_cycle(crowd);
-        d.rows.push_back({crowd.time_s(), most});
-      }
-      std::ostringstream title;
-      title << "α = " << factor << " × bound";
-      curves += (data.empty() ? "plot $" : ", $") + d.name + " with lines lw 1.8 lc " +
-                std::to_string(data.size() + 1) + " title '" + title.str() + "'";
-      data.push_back(std::move(d));
-    }
-    plot::plot_png(report.picture(*dir / "low-pass.png"), 900, 500, data,
-                   "set title 'Rule I behind a low-pass, all-to-all of 5, g ± 80 %; bound √(m "
-                   "g_max λ_max)'\nset grid\nset logscale y\nset format y '%.0e'\n"
-                   "set yrange [1e-5:3]\nset xlabel 'time [s]'\n"
-                   "set ylabel 'largest phase error of a cycle [rad]'\nset key outside right\n" +
-                       curves);
   }
   return report;
 }

@@ -3,11 +3,11 @@
 #include <chrono>
 #include <ctime>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
 #include "common/parallel/team.h"
-#include "common/plot/gnuplot.h"
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/rvo2.h"
@@ -16,7 +16,6 @@ namespace mimesis::crowd {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using plot::Data;
 using namespace reproduce;
 
 constexpr double kTimedFrom_s = 0.5, kTimedTo_s = 3.5;  // simulated time
@@ -74,92 +73,51 @@ double peer_s(Crowd (*make)(int), int n, int threads) {
 }
 
 struct Curve {
-  std::string name, title, what;
-  int most, threads;
+  std::string what;
+  int most;
   double (*seconds)(int n, int threads);
   const char* note;
 };
 
 const Curve kCurves[] = {
-    {"full1", "full dynamics, 1 core", "full dynamics", 1'000'000, 1,
-     [](int n, int t) { return ours_s(crossing_crowd, n, t); },
+    {"full dynamics", 1'000'000, [](int n, int t) { return ours_s(crossing_crowd, n, t); },
      "oscillators, step length, spacing, headings, avoidance, discs kept apart"},
-    {"full2", "full dynamics, 2 cores", "full dynamics", 1'000'000, 2,
-     [](int n, int t) { return ours_s(crossing_crowd, n, t); },
-     "oscillators, step length, spacing, headings, avoidance, discs kept apart"},
-    {"formation1", "formation only, 1 core", "formation only", 1'000'000, 1,
-     [](int n, int t) { return ours_s(formation_crowd, n, t); },
+    {"formation only", 1'000'000, [](int n, int t) { return ours_s(formation_crowd, n, t); },
      "rules I, II and III by mean fields"},
-    {"formation2", "formation only, 2 cores", "formation only", 1'000'000, 2,
-     [](int n, int t) { return ours_s(formation_crowd, n, t); },
-     "rules I, II and III by mean fields"},
-    {"peer1", "RVO2, 1 core", "RVO2", 100'000, 1,
-     [](int n, int t) { return peer_s(crossing_crowd, n, t); },
-     "the agents of full dynamics; velocities that avoid at most 10 others, nothing else"},
-    {"peer2", "RVO2, 2 cores", "RVO2", 100'000, 2,
-     [](int n, int t) { return peer_s(crossing_crowd, n, t); },
+    {"RVO2", 100'000, [](int n, int t) { return peer_s(crossing_crowd, n, t); },
      "the agents of full dynamics; velocities that avoid at most 10 others, nothing else"},
 };
 
-/// Agent-steps per second over agents, and the rows of it.
-Data measure(const Curve& curve, Report& report) {
-  Data data{curve.name, {}};
-  for (int n = 100; n <= curve.most; n *= 10) {
-    const double rate = n / curve.seconds(n, curve.threads) * 1e-6;
-    data.rows.push_back({static_cast<double>(n), rate});
-    const std::string what = curve.what + ", " + std::to_string(n) + " agents, " +
-                             std::to_string(curve.threads) +
-                             (curve.threads > 1 ? " cores" : " core");
-    report.beside(what, rate, goal(60e-6 * n), "M agent-steps/s",
-                  std::string("60 Hz in real time; ") + curve.note);
-  }
-  return data;
-}
-
-double at(const std::vector<Data>& curves, const std::string& name, double n) {
-  const auto curve = std::ranges::find(curves, name, &Data::name);
-  return std::ranges::find(curve->rows, n, [](const auto& row) { return row[0]; })->at(1);
-}
-
-void plot(const std::filesystem::path& png, const std::vector<Data>& curves) {
-  std::string script =
-      "set logscale xy\nset grid\nset key top right\nset xlabel 'agents'\n"
-      "set ylabel 'million agent-steps per second'\nset format x '10^%L'\n"
-      "set title 'Steps of crowds; grey: what 60 Hz need'\nset yrange [0.05:2000]\nplot ";
-  for (const Curve& curve : kCurves) {
-    if (std::ranges::find(curves, curve.name, &Data::name) == curves.end()) continue;
-    const bool peer = curve.what == "RVO2", two = curve.threads > 1;
-    const int style = peer ? 8 : curve.what == "full dynamics" ? 1 : 3;
-    script += "$" + curve.name + " with linespoints ls " + std::to_string(style) +
-              (peer ? " lc rgb 'black'" : "") + (two ? " dt 3 pt 4" : " pt 7") + " title '" +
-              curve.title + "', ";
-  }
-  plot::plot_png(png, 900, 600, curves,
-                 script + "60e-6*x with lines dt 2 lc rgb '#606060' notitle");
-}
-
-Report scaling(const PlotDir& dir) {
+Report scaling(const PlotDir&) {
   Report report;
-  std::vector<Data> curves;
+  std::map<std::pair<std::string, int>, double> one_core;  // million agent-steps per second
   for (const Curve& curve : kCurves) {
     if (curve.what == "RVO2" && !Rvo2::built()) continue;
-    curves.push_back(measure(curve, report));
+    for (const int threads : {1, 2}) {
+      for (int n = 100; n <= curve.most; n *= 10) {
+        const double rate = n / curve.seconds(n, threads) * 1e-6;
+        if (threads == 1) one_core[{curve.what, n}] = rate;
+        const std::string what = curve.what + ", " + std::to_string(n) + " agents, " +
+                                 std::to_string(threads) + (threads > 1 ? " cores" : " core");
+        report.beside(what, rate, goal(60e-6 * n), "M agent-steps/s",
+                      std::string("60 Hz in real time; ") + curve.note);
+      }
+    }
   }
   report.at_least("full dynamics, 10000 agents, 1 core: steps a second",
-                  at(curves, "full1", 1e4) * 1e2, 60.0, "Hz",
+                  one_core.at({"full dynamics", 10'000}) * 1e2, 60.0, "Hz",
                   "real time at 60 Hz, of processor time");
   report.at_least("formation only, 1000000 agents, 1 core: steps a second",
-                  at(curves, "formation1", 1e6), 60.0, "Hz", "the same");
+                  one_core.at({"formation only", 1'000'000}), 60.0, "Hz", "the same");
   if (Rvo2::built()) {
     report.at_least("full dynamics over RVO2, 10000 agents, 1 core",
-                    at(curves, "full1", 1e4) / at(curves, "peer1", 1e4), kGoal, "1",
-                    "agent-steps/s of the same run");
+                    one_core.at({"full dynamics", 10'000}) / one_core.at({"RVO2", 10'000}), kGoal,
+                    "1", "agent-steps/s of the same run");
   }
   report.at_most("memory of an agent", crossing_crowd(100).bytes_per_agent(), 500.0, "B",
                  Rvo2::built() ? "without the cells of the grid"
                                : "without the cells of the grid; no RVO2 beside ours: "
                                  "cmake --build build --target peers");
-  if (dir) plot(report.picture(*dir / "crowd-scaling.png"), curves);
   return report;
 }
 

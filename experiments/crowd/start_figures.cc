@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <random>
-#include <sstream>
 #include <string>
 
 #include "common/math/circle.h"
@@ -178,20 +177,14 @@ double seen_elsewhere(Way way, Topology topology, int n) {
   return all && way == Way::wrapped ? std::array{0.64, 0.33, 0.21}[i] : 1.0;
 }
 
-Report starts(const PlotDir& dir) {
+Report starts(const PlotDir&) {
   constexpr Topology kStartGraphs[] = {Topology::chain, Topology::star, Topology::ring,
                                        Topology::wheel, Topology::all_to_all};
   Report report;
-  std::vector<Data> data(3);
   for (int w = 0; w < 3; ++w) {
-    Data& bars = data[std::size_t(w)];
-    bars.name = "way" + std::to_string(w);
-    double place = 0.0;
     for (const Topology topology : kStartGraphs) {
       for (const int n : {5, 8, 16}) {
         const double share = synchronised(Way(w), topology, n);
-        bars.rows.push_back({place + 0.27 * (w - 1), share});
-        place += 1.0;
         const std::string what = std::string(kWays[w]) + ", " + std::string(to_string(topology)) +
                                  " of " + std::to_string(n) + ": share of 500 starts";
         if (w == 0) report.near(what, share, goal(1.0), 0.0, "1");
@@ -202,7 +195,6 @@ Report starts(const PlotDir& dir) {
                       "three standard deviations of the difference");
         }
       }
-      place += 0.6;
     }
   }
   for (const Topology topology :
@@ -221,31 +213,6 @@ Report starts(const PlotDir& dir) {
     report.near("leader of six, " + std::string(to_string(topology)) +
                     ": share of 500 starts that reach it",
                 led(topology), goal(1.0), 0.0, "1");
-  }
-  if (dir) {
-    report.plots.push_back(*dir / "random-starts.png");
-    std::ostringstream script;
-    script << "set title 'Share of 500 random starts that synchronise, by how differences are "
-              "taken'\nset ylabel 'share [1]'\nset yrange [0:1.18]\n"
-              "set key top horizontal center\nset bmargin 4\nset boxwidth 0.25\n"
-              "set style fill solid 0.8 noborder\nset grid y\nset xtics (";
-    double place = 0.0;
-    for (const Topology topology : kStartGraphs) {
-      for (const int n : {5, 8, 16}) {
-        script << (place > 0.0 ? ", \"" : "\"") << n;
-        if (n == 8) script << "\\n" << to_string(topology);
-        script << "\" " << place;
-        place += 1.0;
-      }
-      place += 0.6;
-    }
-    script << ")\nplot ";
-    const char* colour[] = {"3", "2", "5"};
-    for (int w = 0; w < 3; ++w) {
-      script << (w ? ", $way" : "$way") << w << " with boxes lc " << colour[w] << " title '"
-             << kWays[w] << "'";
-    }
-    plot::plot_png(report.plots.back(), 1100, 430, data, script.str());
   }
   return report;
 }

@@ -66,7 +66,7 @@ Data curve(const std::string& name, Probe probe, double from_s, double to_s) {
   return d;
 }
 
-Report bistability(const PlotDir& plot_dir) {
+Report bistability(const PlotDir&) {
   Report report;
   Probe rest, pulse{.amplitude = 6.0};
   rest.run(0.0, 2.0);
@@ -87,24 +87,6 @@ Report bistability(const PlotDir& plot_dir) {
   below.run(0.0, 0.7);
   report.at_most("activity 500 ms after a pulse of 0.95 threshold", below.peak(), -2.9, "1",
                  "back at rest");
-  if (plot_dir) {
-    std::ostringstream script;
-    script
-        << "set title 'A transient input switches the field between rest and a self-sustained peak'"
-           " font 'sans,13'\nset xlabel 'time [ms]'\nset ylabel 'max u'\nset key top "
-           "right\n"
-           "set object 1 rectangle from 0,graph 0 to 200,graph 1 fc rgb '#e8e8e8' fs solid "
-           "noborder behind\n"
-           "set label 'input' at 100,-3.5 center tc rgb '#606060'\nset yrange [-4:14]\n"
-           "plot 0 lt 7 dt 2 notitle, $strong using 1:2 with lines lt 1 title 'amplitude 6', "
-           "$above using 1:2 with lines lt 2 title '1.05 threshold', "
-           "$below using 1:2 with lines lt 3 title '0.95 threshold'";
-    plot::plot_png(report.picture(*plot_dir / "field-bistability.png"), 760, 460,
-                   {curve("strong", {.amplitude = 6.0}, 0.0, 1.0),
-                    curve("above", {.amplitude = 1.05 * brief}, 0.0, 1.0),
-                    curve("below", {.amplitude = 0.95 * brief}, 0.0, 1.0)},
-                   script.str());
-  }
   return report;
 }
 

@@ -342,21 +342,17 @@ Report asymmetry(const PlotDir& dir) {
 }
 
 /// Intervals of the replay against those of the training.
-Report intervals(const PlotDir& dir) {
+Report intervals(const PlotDir&) {
   Report report;
-  std::vector<Data> data;
   for (const auto& [threshold, gain] : {std::pair{0.0, 2.0}, {7.0, 1.0}}) {
     std::vector<double> trained, replayed;
-    Data d{threshold > 0.0 ? "high" : "low", {}};
     for (double delay_ms = 100.0; delay_ms <= 250.0; delay_ms += 10.0) {
       Chain two(2, threshold, gain);
       two.train(delay_ms / 1000.0, 10);
       const auto courses = two.replay(0, 0.6);
       trained.push_back(delay_ms);
       replayed.push_back(onset_ms(courses[1]) - onset_ms(courses[0]));
-      d.rows.push_back({trained.back(), replayed.back()});
     }
-    data.push_back(d);
     const std::string what = threshold > 0.0 ? "high threshold: " : "low threshold: ";
     const double slope = (replayed.back() - replayed.front()) / 150.0;
     if (threshold == 0.0) {
@@ -373,13 +369,6 @@ Report intervals(const PlotDir& dir) {
     report.holds(what + "a longer delay is never replayed faster", std::ranges::is_sorted(replayed),
                  published("M18 2.5"));
   }
-  if (!dir) return report;
-  report.plots.push_back(*dir / "sequence-intervals.png");
-  plot::plot_png(
-      report.plots.back(), 620, 420, data,
-      "set xlabel 'delay in training [ms]'\nset ylabel 'interval in replay [ms]'\nset key "
-      "top left\nplot $low using 1:2 with linespoints lt 1 title 'threshold 0', $high "
-      "using 1:2 with linespoints lt 2 title 'threshold 7'");
   return report;
 }
 

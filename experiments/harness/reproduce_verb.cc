@@ -199,7 +199,8 @@ void add_reproduce(CLI::App& program, int& exit_code) {
       "reproduce", "Recomputes a published figure and compares it with its reference");
   verb->add_option("NAME", options->names, "fig-CHAPTER.NUMBER, table-CHAPTER.NUMBER or a word");
   verb->add_flag("--list", options->list, "Name all reproductions");
-  verb->add_option("--plot", options->plot_dir, "Write PNG plots into this folder (needs gnuplot)")
+  verb->add_option("--plot", options->plot_dir,
+                   "Write PNG plots of printed figures into this folder (needs gnuplot)")
       ->type_name("DIR");
   verb->add_flag("--json", options->json,
                  "One object per figure and line: name, source, passed, rows, plots, seconds");

@@ -52,13 +52,52 @@ class Player {
   std::vector<float> factors_;
 };
 
+/// One transition frame by frame, from a cycle before to a cycle after.
+struct PlayedTransition {
+  std::vector<Eigen::VectorXd> angles_rad;  ///< 60 Hz
+  std::vector<double> phase_rad;            ///< negative before the transition
+};
+
+/// @param frame_offset  in [0, 1): where between two frames φ = −2π is
+PlayedTransition play_transition(const motion::MotionModel& model, const MotionParameters& from,
+                                 const MotionParameters& to, const BlendingCase& what,
+                                 double frame_offset) {
+  Player player(model);
+  Sequencer sequencer(from, model.fixed, 0.0, what.beta);
+  if (what.least_jerk) sequencer.use_least_jerk(model);
+  const bool announced = sequencer.announce(to);
+  MIMESIS_ASSERT(announced);
+  PlayedTransition out;
+  const MotionParameters* last = nullptr;
+  double phase = frame_offset * from.frequency_rad_s / kRate_hz;
+  while (phase < 2.0 * math::kTwoPi) {
+    const MotionParameters& p = what.cut ? (phase < math::kTwoPi ? from : to) : sequencer.at(phase);
+    if (&p != last || sequencer.in_transition()) player.set(p);
+    last = &p;
+    out.angles_rad.push_back(player.at(phase));
+    out.phase_rad.push_back(phase - math::kTwoPi);
+    phase += p.frequency_rad_s / kRate_hz;
+  }
+  return out;
+}
+
+/// Rms over the rows of the third difference that ends one frame later [rad/s³]; 0 at the ends.
+std::vector<double> jerk_rad_s3(const std::vector<Eigen::VectorXd>& x) {
+  std::vector<double> out(x.size(), 0.0);
+  for (std::size_t i = 2; i + 1 < x.size(); ++i) {
+    const double norm = (x[i + 1] - 3.0 * x[i] + 3.0 * x[i - 1] - x[i - 2]).norm();
+    out[i] = std::pow(kRate_hz, 3) * norm / std::sqrt(static_cast<double>(x[i].size()));
+  }
+  return out;
+}
+
 /// Mean squares of jerk: around φ = 0, and of all frames.
 struct Jerk {
   double window = 0.0, cycle = 0.0;
 };
 
 Jerk measure(const PlayedTransition& x) {
-  const std::vector<double> jerk = x.jerk_rad_s3();
+  const std::vector<double> jerk = jerk_rad_s3(x.angles_rad);
   const auto zero =
       static_cast<std::size_t>(std::ranges::lower_bound(x.phase_rad, 0.0) - x.phase_rad.begin());
   MIMESIS_ASSERT(zero > kHalfWindow + 2 && zero + kHalfWindow < jerk.size());
@@ -85,38 +124,6 @@ Jerk over_offsets(const motion::MotionModel& model, const MotionParameters& from
 }
 
 }  // namespace
-
-std::vector<double> PlayedTransition::jerk_rad_s3() const {
-  const auto& x = angles_rad;
-  std::vector<double> out(x.size(), 0.0);
-  for (std::size_t i = 2; i + 1 < x.size(); ++i) {
-    const double norm = (x[i + 1] - 3.0 * x[i] + 3.0 * x[i - 1] - x[i - 2]).norm();
-    out[i] = std::pow(kRate_hz, 3) * norm / std::sqrt(static_cast<double>(x[i].size()));
-  }
-  return out;
-}
-
-PlayedTransition play_transition(const motion::MotionModel& model, const MotionParameters& from,
-                                 const MotionParameters& to, const BlendingCase& what,
-                                 double frame_offset) {
-  Player player(model);
-  Sequencer sequencer(from, model.fixed, 0.0, what.beta);
-  if (what.least_jerk) sequencer.use_least_jerk(model);
-  const bool announced = sequencer.announce(to);
-  MIMESIS_ASSERT(announced);
-  PlayedTransition out;
-  const MotionParameters* last = nullptr;
-  double phase = frame_offset * from.frequency_rad_s / kRate_hz;
-  while (phase < 2.0 * math::kTwoPi) {
-    const MotionParameters& p = what.cut ? (phase < math::kTwoPi ? from : to) : sequencer.at(phase);
-    if (&p != last || sequencer.in_transition()) player.set(p);
-    last = &p;
-    out.angles_rad.push_back(player.at(phase));
-    out.phase_rad.push_back(phase - math::kTwoPi);
-    phase += p.frequency_rad_s / kRate_hz;
-  }
-  return out;
-}
 
 std::vector<BlendingJerk> blending_jerk(const motion::MotionModel& model, const Styles& styles,
                                         const BlendingCase& what) {

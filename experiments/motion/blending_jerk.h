@@ -43,16 +43,4 @@ struct Spread {
 };
 Spread spread(const std::vector<BlendingJerk>& pairs, double BlendingJerk::*of, double limit);
 
-/// One transition frame by frame, from a cycle before to a cycle after.
-struct PlayedTransition {
-  std::vector<Eigen::VectorXd> angles_rad;  ///< 60 Hz
-  std::vector<double> phase_rad;            ///< negative before the transition
-  /// rms over the rows of the third difference that ends one frame later [rad/s³]; 0 at the ends
-  std::vector<double> jerk_rad_s3() const;
-};
-/// @param frame_offset  in [0, 1): where between two frames φ = −2π is
-PlayedTransition play_transition(const motion::MotionModel& model, const MotionParameters& from,
-                                 const MotionParameters& to, const BlendingCase& what,
-                                 double frame_offset);
-
 }  // namespace mimesis::synthesizer

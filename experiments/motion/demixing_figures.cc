@@ -2,17 +2,18 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "common/motion/demix/held_out.h"
 #include "common/motion/mocap/trials.h"
+#include "common/plot/gnuplot.h"
 #include "common/shared_data.h"
 #include "experiments/motion/baselines.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/grafted_raises.h"
 #include "experiments/motion/wigner.h"
-#include "nodes/synthesizer/verb/demix_plots.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -27,6 +28,57 @@ std::filesystem::path recordings(const std::string& figure, const char* what) {
   if (std::filesystem::exists(path)) return path;
   throw std::runtime_error(figure + ": no recorded motion in " + path.string() +
                            ", set MIMESIS_SHARED to the shared folder");
+}
+
+/// Sources over one period, one panel each, as in [M18 fig. 3.11, 3.14]; the first `fixed`, which
+/// are not periodic, dashed.
+void plot_sources(const std::filesystem::path& png, const Eigen::MatrixXd& sources, int fixed,
+                  const std::string& title) {
+  const Index count = sources.rows(), samples = sources.cols();
+  const double top = 1.1 * sources.cwiseAbs().maxCoeff();
+  std::vector<plot::Data> data;
+  std::ostringstream script;
+  script << "set multiplot layout " << count << ",1 title " << plot::quoted(title)
+         << "\nunset key\nset xrange [0:1]\nset yrange [" << -top << ':' << top
+         << "]\nset ytics 1\nset xzeroaxis\nset lmargin 8\n";
+  for (Index k = 0; k < count; ++k) {
+    plot::Data& d = data.emplace_back("s" + std::to_string(k));
+    for (Index t = 0; t < samples; ++t) {
+      d.rows.push_back({static_cast<double>(t) / static_cast<double>(samples), sources(k, t)});
+    }
+    script << "set ylabel 's" << k + 1 << "'\n"
+           << (k + 1 == count ? "set format x '%g'\nset xlabel 'phase / 2π'" : "set format x ''")
+           << "\nplot $s" << k << " with lines lw 2 lc " << (k < fixed ? "rgb '#888888' dt 2" : "1")
+           << '\n';
+  }
+  plot::plot_png(png, 640, static_cast<int>(120 + 130 * count), data,
+                 script.str() + "unset multiplot\n");
+}
+
+/// Approximation quality against the number of sources, as in [M18 fig. 3.10, 3.13].
+struct QualityCurve {
+  std::string name;
+  std::vector<double> sources, quality;  ///< K and Q
+  bool dashed = false;
+};
+
+void plot_quality(const std::filesystem::path& png, const std::vector<QualityCurve>& curves,
+                  const std::string& title) {
+  std::vector<plot::Data> data;
+  std::ostringstream script;
+  script << "set title " << plot::quoted(title) << "\nset xlabel 'number of sources'\n"
+         << "set ylabel 'approximation quality Q'\nset key bottom right\nset grid\nset xtics 1\n"
+         << "set yrange [:1]\nplot ";
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const QualityCurve& c = curves[i];
+    plot::Data& d = data.emplace_back("c" + std::to_string(i));
+    for (std::size_t k = 0; k < c.sources.size(); ++k) {
+      d.rows.push_back({c.sources[k], c.quality[k]});
+    }
+    script << (i == 0 ? "" : ", ") << "$c" << i << " with linespoints ls " << i + 1 << " lw 2 pt 7 "
+           << (c.dashed ? "dt 2 " : "") << "title " << plot::quoted(c.name);
+  }
+  plot::plot_png(png, 760, 520, data, script.str() + '\n');
 }
 
 double q_of(const Trials& set, const Mixture& mixture) {
@@ -94,13 +146,6 @@ class Comparison {
     components = demix::components_of_equal_size(
         set_, demix::parameter_count(free_mixture.at(sources), set_, demix::Delays::free));
     return q_of(set_, demix::principal_components(set_, components));
-  }
-
-  std::filesystem::path plot(const PlotDir& dir, const std::string& name,
-                             const std::string& title) const {
-    const auto png = *dir / (name + ".png");
-    plot_quality(png, {marginals, free, tied, ramp, ramp_tied, pca, ica, sinusoids}, "Q", title);
-    return png;
   }
 
   QualityCurve marginals{"anechoic, Wigner-Ville marginals", {}, {}};
@@ -212,7 +257,9 @@ Report quality_against_sources(const PlotDir& dir) {
       at(c.free, 4) - equal, 0.0, "1",
       "free delays are parameters too: the lead is real but smaller");
   if (dir) {
-    report.plots.push_back(c.plot(dir, "fig-3.10", "Fig. 3.10: gaits and grafted arm raises"));
+    plot_quality(report.picture(*dir / "fig-3.10.png"),
+                 {c.marginals, c.free, c.tied, c.ramp, c.ramp_tied, c.pca, c.ica, c.sinusoids},
+                 "Fig. 3.10: gaits and grafted arm raises");
   }
   return report;
 }
@@ -292,7 +339,7 @@ Report four_sources(const PlotDir& dir) {
 
 // ---- accuracy on the sets A and B --------------------------------------------------------------
 
-Report accuracy(const PlotDir& dir) {
+Report accuracy(const PlotDir&) {
   struct Goal {
     const char* set;
     double free3, free4, tied4;  ///< measured with a reference implementation
@@ -341,10 +388,6 @@ Report accuracy(const PlotDir& dir) {
                 equal, at(c.free, 4), "1", "free delays, K = 4"));
     add(at_least("components that PCA needs for Q = 0.92", sources_needed(c.pca),
                  published(8, "M18 3.3.3"), "1", "more than 7, on other walks"));
-    if (dir) {
-      report.plots.push_back(
-          c.plot(dir, "demixing-" + name, "Set " + name + ": Q against the number of sources"));
-    }
   }
   return report;
 }

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
-#include <optional>
 
 #include "common/plot/gnuplot.h"
 #include "experiments/harness/figure.h"
@@ -29,10 +28,6 @@ inline Eigen::Vector3d reach_start() { return {-0.25, 0.0, 1.5}; }
 inline ArmStyle elbow_style(double side) {
   return {Eigen::Vector3d(0.9 * side, -1.5 * side, 0.0), Eigen::Vector3d(1.0, 1.0, 0.0), 4.0};
 }
-
-/// Claim of M18 fig. 3.27, on this arm: how far the hand ends from a moving target when motions are
-/// mapped from goal and style, and from the goal alone.
-Report style_preserving_reach(const PlotDir& plot_dir);
 
 namespace {
 
@@ -80,7 +75,6 @@ struct Miss {
 /// The hand while the target moves on a closed curve and the style follows its last value.
 struct Pursuit {
   Miss with, without, averaged;
-  Data target{"goal", {}}, hit{"preserving", {}}, missed{"plain", {}};
 };
 
 Pursuit pursue(int trained) {
@@ -114,17 +108,15 @@ Pursuit pursue(int trained) {
     done.without.add((p - goal).norm(), kSteps);
     done.with.add((s - goal).norm(), kSteps);
     done.averaged.add((hand(preserving, with_style(none[0])) - goal).norm(), kSteps);
-    done.target.rows.push_back({goal.x(), goal.y()});
-    done.hit.rows.push_back({s.x(), s.y()});
-    done.missed.rows.push_back({p.x(), p.y()});
   }
-  done.target.rows.push_back(done.target.rows.front());
   return done;
 }
 
 }  // namespace
 
-Report style_preserving_reach(const PlotDir& dir) {
+/// Claim of M18 fig. 3.27, on this arm: how far the hand ends from a moving target when motions are
+/// mapped from goal and style, and from the goal alone.
+Report style_preserving_reach(const PlotDir&) {
   const Pursuit many = pursue(160), few = pursue(80);
   Report report;
   const char* why = "1-2 cm against 7-8 cm, for a 7-joint arm and its own data";
@@ -143,17 +135,6 @@ Report style_preserving_reach(const PlotDir& dir) {
                          "cm", "how much depends on the number of reaches"),
                  at_most("style-preserving, 80 reaches: miss, largest", 100.0 * few.with.worst_m,
                          8.0, "cm", "how much depends on the number of reaches")};
-  if (dir)
-    plot::plot_png(report.picture(*dir / "style-preserving-reach.png"), 760, 640,
-                   {many.target, many.hit, many.missed},
-                   R"(set size ratio -1
-set title 'A moving target (M18 3.4.3): where the hand arrives'
-set xlabel 'x [m]'; set ylabel 'y [m]'; set key top left
-set yrange [-0.15:0.25]
-plot $goal with lines lc rgb '#000000' lw 2 title 'target', \
- $preserving with points pt 7 ps 0.8 lc rgb '#2b8c4a' title 'style preserved', \
- $plain with points pt 6 ps 0.8 lc rgb '#c8371e' title 'by goal alone'
-)");
   return report;
 }
 

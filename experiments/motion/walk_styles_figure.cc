@@ -4,7 +4,6 @@
 
 #include "common/math/circle.h"
 #include "common/motion/demix/held_out.h"
-#include "common/plot/gnuplot.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/sequencer.h"
 #include "experiments/motion/styled_walks.h"
@@ -13,7 +12,6 @@
 namespace mimesis::synthesizer {
 namespace {
 
-using plot::Data;
 using namespace reproduce;
 
 constexpr int kStyleSources = 5;
@@ -132,55 +130,7 @@ double foot_slide(const motion::MotionModel& model, const MotionParameters& styl
   return slide.mean_m_s();
 }
 
-/// Walks kCycles of each style in turn. Calls see(time, style, batch) at every step.
-template <class See>
-void promenade(const motion::MotionModel& model, const Styles& styles, int cycles_each, See see) {
-  const auto parameters = [&](std::size_t s) -> const MotionParameters& {
-    return styles.parameters[styles.index(kWalkStyles[s])];
-  };
-  StyleWalk walk(model, parameters(0), Sequencer::kBeta, true);
-  std::size_t announced = 0;
-  const int last = cycles_each * static_cast<int>(kWalkStyles.size());
-  for (int i = 0; walk.cycles() < last; ++i) {
-    const auto wanted = std::min(static_cast<std::size_t>((walk.cycles() + 1) / cycles_each),
-                                 kWalkStyles.size() - 1);
-    if (wanted != announced) walk.announce(parameters(announced = wanted));
-    walk.step();
-    const auto now =
-        std::min(static_cast<std::size_t>(walk.cycles() / cycles_each), kWalkStyles.size() - 1);
-    see(i, now, walk);
-  }
-}
-
-void plot_styles(const std::filesystem::path& png, const motion::MotionModel& model,
-                 const Styles& styles) {
-  std::vector<Data> data = {{"knee", {}}, {"elbow", {}}, {"chest", {}}};
-  const auto row = [&](const char* name) {
-    return std::ranges::find(model.rows, name) - model.rows.begin();
-  };
-  const Eigen::Index rows[] = {row("lknee.y"), row("lelb.z"), row("spine.y")};
-  std::string labels;
-  std::size_t before = kWalkStyles.size();
-  promenade(model, styles, 3, [&](int i, std::size_t style, const StyleWalk& walk) {
-    const Eigen::VectorXd q = walk.angles();
-    for (std::size_t k = 0; k < 3; ++k) data[k].rows.push_back({i * kDt, q[rows[k]]});
-    if (style != before) {
-      const std::string t = std::to_string(i * kDt);
-      labels += "set label '" + kWalkStyles[style] + "' at " + t + ",graph 0.96\nset arrow from " +
-                t + ",graph 0 to " + t + ",graph 1 nohead dt 2 lc rgb '#888888'\n";
-      before = style;
-    }
-  });
-  plot::plot_png(png, 1100, 480, data,
-                 labels +
-                     "set title 'One character walks through recorded styles, β = 1/5'\n"
-                     "set xlabel 'time [s]'\nset ylabel 'angle [rad]'\nset key bottom right "
-                     "horizontal\nset xrange [0:20.5]\nset yrange [-2.1:1.6]\n"
-                     "plot $knee with lines lw 2 title 'left knee', $elbow with lines lw 2 "
-                     "title 'left elbow (z)', $chest with lines lw 2 title 'spine'\n");
-}
-
-Report walk_styles(const PlotDir& dir) {
+Report walk_styles(const PlotDir&) {
   if (const auto clip = absent_clip(clips()); !clip.empty()) return report_absent(clip);
   const motion::MotionModel& model = styles_model();
   const Styles styles = styles_of(model);
@@ -211,7 +161,6 @@ Report walk_styles(const PlotDir& dir) {
   report.at_most("jerk ratio at β = 1/5, worst pair", fifth.worst, 1.75, "1", goal);
   report.at_most("jerk ratio at β = 1/2, worst pair", half.worst, 1.15, "1",
                  "a wider interval helps");
-  if (dir) plot_styles(report.picture(*dir / "walk-styles.png"), model, styles);
   return report;
 }
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/image/image_file.h"
 #include "common/shared_data.h"
 #include "experiments/sight/figures.h"
 #include "nodes/vision/verb/calibration_pictures.h"
@@ -60,7 +59,7 @@ std::pair<double, double> edges(const Calibrated& c) {
   return {mean, std::sqrt(variance)};
 }
 
-Report stereo_calibration(const PlotDir& dir) {
+Report stereo_calibration(const PlotDir&) {
   Report report;
   const auto folder = shared_data("vision/stereo_calibration");
   if (!std::filesystem::exists(folder)) {
@@ -104,21 +103,6 @@ Report stereo_calibration(const PlotDir& dir) {
   r.push_back(holds("a wrong partner is rejected by name",
                     told && told->rejected.size() == 1 && told->rejected[0].name == mixed[6].name,
                     goal()));
-  if (dir) {
-    std::filesystem::create_directories(*dir);
-    const auto write = [&](const char* name, const image::Image& picture) {
-      report.plots.push_back(*dir / name);
-      const auto written = image::write_png(report.plots.back(), picture);
-      if (!written) throw std::runtime_error(written.error().reason);
-    };
-    const auto left = image::read_image(pictures.files[3][0]),
-               right = image::read_image(pictures.files[3][1]);
-    write("stereo-calibration-corners.png", tool::corner_sheet(kBoard, pictures));
-    write("stereo-calibration-rectified.png",
-          tool::rectified_pair(calibrated->cameras[0], calibrated->cameras[1], *left, *right));
-    report.plots.push_back(*dir / "stereo-calibration.png");
-    tool::plot_calibration(report.plots.back(), kBoard, *calibrated);
-  }
   return report;
 }
 

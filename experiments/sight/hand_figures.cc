@@ -25,11 +25,10 @@ struct Wanted {
 };
 struct Case {
   int cameras;
-  const char* name;
   Wanted goal, prototype;
 };
-const Case kMono{1, "hand-mono", {7, 16, 30, 14, 30}, {7.4, 16, 31, 17, 40}};
-const Case kStereo{2, "hand-stereo", {3, 7, 5, 9, 16}, {3.0, 6.6, 5.1, 9.0, 15.5}};
+const Case kMono{1, {7, 16, 30, 14, 30}, {7.4, 16, 31, 17, 40}};
+const Case kStereo{2, {3, 7, 5, 9, 16}, {3.0, 6.6, 5.1, 9.0, 15.5}};
 
 HandTrial trial(const Case& c, int k, int frames) {
   HandTrial t;
@@ -46,14 +45,11 @@ struct OverSeeds {
   double middle() const { return quantile(values, 0.5); }
 };
 
-void add_accuracy(Report& report, const Case& c, const PlotDir& dir) {
+void add_accuracy(Report& report, const Case& c) {
   OverSeeds across, across95, along, turn, turn95, tips, drift;
   int converged = 0;
   for (int k = 0; k < kSeeds; ++k) {
-    const bool shown = dir && k == 0;
-    if (shown) report.plots.push_back(*dir / fmt::format("{}.png", c.name));
-    const HandCourse course =
-        track_hand(trial(c, k, kFrames), shown ? report.plots.back() : std::filesystem::path());
+    const HandCourse course = track_hand(trial(c, k, kFrames));
     const auto put = [](OverSeeds& to, double value) { to.values.push_back(value); };
     put(across, 1e3 * quantile(course.across_m, 0.5));
     put(across95, 1e3 * quantile(course.across_m, 0.95));
@@ -149,9 +145,9 @@ void add_controls(Report& report, const Case& c) {
   if (c.cameras == 1) fails("free histogram of each picture", track_by_free_histogram(t));
 }
 
-Report run(const Case& c, const PlotDir& dir) {
+Report run(const Case& c) {
   Report report;
-  add_accuracy(report, c, dir);
+  add_accuracy(report, c);
   add_endurance(report, c);
   add_disturbances(report, c);
   add_controls(report, c);
@@ -161,18 +157,18 @@ Report run(const Case& c, const PlotDir& dir) {
 }  // namespace
 
 std::vector<reproduce::Figure> figures() {
-  return {vision::stereo_calibration_figure(),
-          segmentation_figure(),
-          setup_figure(),
-          symbols_figure(),
-          Figure(
-              "hand-mono", "26 degrees of freedom of a hand by mutual information, one camera",
-              "M18", Declared{.prototype = 5, .goal = 20},
-              [](const PlotDir& dir) { return run(kMono, dir); }, 2.0),
-          Figure(
-              "hand-stereo", "26 degrees of freedom of a hand by mutual information, two cameras",
-              "M18", Declared{.prototype = 5, .goal = 21},
-              [](const PlotDir& dir) { return run(kStereo, dir); }, 4.0)};
+  return {
+      vision::stereo_calibration_figure(),
+      segmentation_figure(),
+      setup_figure(),
+      symbols_figure(),
+      Figure(
+          "hand-mono", "26 degrees of freedom of a hand by mutual information, one camera", "M18",
+          Declared{.prototype = 5, .goal = 20}, [](const PlotDir&) { return run(kMono); }, 2.0),
+      Figure(
+          "hand-stereo", "26 degrees of freedom of a hand by mutual information, two cameras",
+          "M18", Declared{.prototype = 5, .goal = 21}, [](const PlotDir&) { return run(kStereo); },
+          4.0)};
 }
 
 }  // namespace mimesis::sight

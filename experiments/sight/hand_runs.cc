@@ -3,12 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numbers>
-#include <opencv2/imgproc.hpp>
 
 #include "common/error.h"
-#include "common/image/image_file.h"
 #include "common/math/so3.h"
 #include "nodes/vision/hand/hand_tracker.h"
 
@@ -60,56 +57,6 @@ vision::HandTrackerSetup setup_for(const HandTrial& trial, const HandWorld& worl
   return setup;
 }
 
-void draw_skeleton(const HandTracker& tracker, const image::Camera& first,
-                   const image::Camera& camera, image::Image& image) {
-  vision::HandCapsules capsules;
-  tracker.model().capsules(tracker.estimate().pose, capsules);
-  cv::Mat view(image.height, image.width, CV_8UC3, image.bgr.data());
-  const auto pixel = [&](const Eigen::Vector3f& p_C) {
-    const Vector3d p_T = first.eye() + first.R_CT().transpose() * p_C.cast<double>();
-    const Eigen::Vector2d p = camera.project(p_T);
-    return cv::Point(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
-  };
-  const bool found = tracker.estimate().found;
-  for (std::size_t k = 0; k < capsules.size(); ++k) {
-    const cv::Scalar color = !found   ? cv::Scalar(80, 80, 255)
-                             : k < 4  ? cv::Scalar(255, 255, 0)
-                             : k < 16 ? cv::Scalar(0, 255, 255)
-                                      : cv::Scalar(255, 0, 255);
-    cv::line(view, pixel(capsules[k].a), pixel(capsules[k].b), color, 2, cv::LINE_AA);
-  }
-}
-
-/// Twelve pictures side by side, half as large.
-class FilmStrip {
- public:
-  explicit FilmStrip(std::filesystem::path file) : file_(std::move(file)) {}
-  bool wanted(int frame, int frames) const {
-    return !file_.empty() && frame % std::max(frames / kCount, 1) == 0 && count_ < kCount;
-  }
-  void add(const image::Image& image) {
-    const int w = image.width / 2, h = image.height / 2;
-    if (count_ == 0) sheet_ = image::Image(kColumns * w, kCount / kColumns * h);
-    cv::Mat to(sheet_.height, sheet_.width, CV_8UC3, sheet_.bgr.data());
-    const cv::Mat from(image.height, image.width, CV_8UC3,
-                       const_cast<std::uint8_t*>(image.bgr.data()));
-    cv::resize(from, to(cv::Rect(count_ % kColumns * w, count_ / kColumns * h, w, h)), {w, h}, 0.0,
-               0.0, cv::INTER_AREA);
-    ++count_;
-  }
-  void write() const {
-    if (file_.empty() || count_ == 0) return;
-    const auto written = image::write_png(file_, sheet_);
-    if (!written) throw std::runtime_error(written.error().reason);
-  }
-
- private:
-  static constexpr int kCount = 12, kColumns = 4;
-  std::filesystem::path file_;
-  image::Image sheet_;
-  int count_ = 0;
-};
-
 }  // namespace
 
 int HandCourse::lost() const {
@@ -133,14 +80,13 @@ double quantile(std::vector<double> values, double share) {
   return values[k];
 }
 
-HandCourse track_hand(const HandTrial& trial, const std::filesystem::path& film_strip) {
+HandCourse track_hand(const HandTrial& trial) {
   Stage stage(trial);
   HandTracker tracker(setup_for(trial, stage.world), stage.cameras);
   tracker.start(tracker.from_T(stage.p_TH, stage.R_TH, stage.world.anatomy().left));
   std::vector<image::Image> images(stage.cameras.size());
   std::vector<const image::Image*> seen;
   for (const image::Image& i : images) seen.push_back(&i);
-  FilmStrip strip(film_strip);
   HandCourse course;
   for (int f = 0; f < trial.frames; ++f) {
     for (std::size_t k = 0; k < images.size(); ++k) {
@@ -157,12 +103,7 @@ HandCourse track_hand(const HandTrial& trial, const std::filesystem::path& film_
       off += (tip_C - tips[i]).norm() / 5.0;
     }
     course.tips_m.push_back(off);
-    if (strip.wanted(f, trial.frames)) {
-      draw_skeleton(tracker, stage.cameras[0], stage.cameras[0], images[0]);
-      strip.add(images[0]);
-    }
   }
-  strip.write();
   course.length_ratio = tracker.length_m() / stage.world.anatomy().length_m;
   return course;
 }

@@ -1,5 +1,4 @@
 #pragma once
-#include <filesystem>
 #include <vector>
 
 #include "experiments/sight/truth/hand_world.h"
@@ -30,8 +29,8 @@ struct HandCourse {
 /// Quantile of values, 0.5: median.
 double quantile(std::vector<double> values, double share);
 
-/// Runs the tracker. If a file is named, twelve frames with the model's skeleton are written to it.
-HandCourse track_hand(const HandTrial& trial, const std::filesystem::path& film_strip = {});
+/// Runs the tracker.
+HandCourse track_hand(const HandTrial& trial);
 
 // What must fail where the tracker works.
 /// The pose at the start, for ever.

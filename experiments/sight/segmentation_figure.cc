@@ -1,10 +1,6 @@
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
-#include "common/image/image_file.h"
 #include "experiments/sight/figures.h"
 #include "experiments/sight/shown_scene.h"
 
@@ -64,51 +60,7 @@ struct Rms {
   double value() const { return std::sqrt(squares / std::max(count, 1)); }
 };
 
-/// Picture with the classes painted over it, and what was found.
-void draw(const std::filesystem::path& file, const Shown& shown,
-          const vision::TableWatcher& watcher) {
-  image::Image sheet(2 * shown.seen_left.width, shown.seen_left.height);
-  const cv::Mat left(shown.seen_left.height, shown.seen_left.width, CV_8UC3,
-                     const_cast<std::uint8_t*>(shown.seen_left.bgr.data()));
-  const cv::Mat right(left.rows, left.cols, CV_8UC3,
-                      const_cast<std::uint8_t*>(shown.seen_right.bgr.data()));
-  cv::Mat out(sheet.height, sheet.width, CV_8UC3, sheet.bgr.data());
-  left.copyTo(out(cv::Rect(0, 0, left.cols, left.rows)));
-  right.copyTo(out(cv::Rect(left.cols, 0, left.cols, left.rows)));
-  const std::array<const image::Camera*, 2> cameras{&watcher.camera(), &*watcher.right_camera()};
-  for (const vision::Thing& thing : watcher.stereo()->things()) {
-    const auto goal = thing.kind == Kind::goal_high || thing.kind == Kind::goal_low
-                          ? watcher.classify(thing)
-                          : task::Goal::unknown;
-    for (int side = 0; side < 2; ++side) {
-      std::vector<cv::Point2f> points;
-      const auto shift = static_cast<float>(side * left.cols);
-      for (const Vector3d& p : thing.solid.body()) {
-        const auto pixel = cameras[static_cast<std::size_t>(side)]->project(thing.solid.center + p);
-        points.emplace_back(static_cast<float>(pixel.x()) + shift, static_cast<float>(pixel.y()));
-      }
-      std::vector<cv::Point2f> around;
-      cv::convexHull(points, around);
-      std::vector<cv::Point> border(around.begin(), around.end());
-      cv::polylines(out, border, true, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
-      if (side == 1) continue;
-      const Vector3d& c = thing.solid.center;
-      const std::string text =
-          fmt::format("{}{} {:.0f} {:.0f} {:.0f} mm",
-                      goal == task::Goal::unknown ? vision::name(thing.kind) : "goal",
-                      goal == task::Goal::high  ? " (high)"
-                      : goal == task::Goal::low ? " (low)"
-                                                : "",
-                      1e3 * c.x(), 1e3 * c.y(), 1e3 * c.z());
-      cv::putText(out, text, border.front() + cv::Point(-60, 16), cv::FONT_HERSHEY_SIMPLEX, 0.4,
-                  cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
-    }
-  }
-  const auto written = image::write_png(file, sheet);
-  if (!written) throw std::runtime_error(written.error().reason);
-}
-
-void add_places(Report& report, const PlotDir& dir) {
+void add_places(Report& report) {
   Rms centroid, depth_share, whole, right_left, up, near, doubt;
   int found = 0, gaps_right = 0;
   double rows = 0.0;
@@ -146,9 +98,6 @@ void add_places(Report& report, const PlotDir& dir) {
       }
     }
     rows = std::max(rows, watcher.stereo()->rows_off_px().value_or(INFINITY));
-    if (dir && k == 0) {
-      draw(report.picture(*dir / "segmentation.png"), shown, watcher);
-    }
   }
   const char* scenes =
       "12 scenes (seeds that chose no constant) whose places, sizes, colours, light, lenses and "
@@ -277,10 +226,9 @@ void add_changes(Report& report) {
   report.holds("no other change is reported", others == 0, goal());
 }
 
-Report segmentation(const PlotDir& dir) {
-  if (dir) std::filesystem::create_directories(*dir);
+Report segmentation(const PlotDir&) {
   Report report;
-  add_places(report, dir);
+  add_places(report);
   add_false_blobs(report);
   add_light(report);
   add_changes(report);

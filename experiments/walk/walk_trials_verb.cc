@@ -25,11 +25,11 @@ constexpr const char* kDrawers = "drawers30";
 
 struct Options {
   std::string suite = "steps30", engine = "dart", plant = "springs", robot = "biped",
-              pattern = "nonlinear", senses = "real", out;
+              senses = "real", out;
   std::vector<std::string> set;
   std::uint64_t seed = 1;
   double ankle_n_m = 0.0, slope_forward = 0.0, slope_left = 0.0;
-  int delay = 1, only = -1, jobs = 1;
+  int delay = 1, jobs = 1;
   bool json = false;
 };
 
@@ -96,23 +96,15 @@ walk::SuiteOptions suite_options(const Options& o) {
   suite.body.ankle_pitch_n_m = o.ankle_n_m;
   suite.body.slope_rad = {-o.slope_forward, o.slope_left};  // + rises
   suite.delay_ticks = o.delay;
-  suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::linear
-                         : o.pattern == "preview" ? walker::PatternKind::preview
-                                                  : walker::PatternKind::nonlinear;
   suite.walker.stabilizer.delay_ticks = o.delay + 1;  // the control's own tick
   for (const std::string& word : o.set) set(suite.walker.stabilizer, word);
   return suite;
 }
 
-/// Walks the suite's trials, or only one of them, and writes what came out. @return the summary
+/// Walks the suite's trials and writes what came out. @return the summary
 template <class Spec, class Result, class Run>
-nlohmann::ordered_json walk_all(const Options& o, std::vector<Spec> trials, const Run& run_all) {
-  if (o.only >= 0) {
-    if (std::size_t(o.only) >= trials.size()) {
-      throw ConfigError(fmt::format("--only: the suite has trials 0 to {}", trials.size() - 1));
-    }
-    trials = {trials[std::size_t(o.only)]};
-  }
+nlohmann::ordered_json walk_all(const Options& o, const std::vector<Spec>& trials,
+                                const Run& run_all) {
   std::ofstream file;
   if (!o.out.empty()) {
     file.open(o.out);
@@ -198,9 +190,6 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(-0.3, 0.3));
   verb->add_option("--robot", o->robot, "biped, jvrc1, or a file like models/biped.yaml")
       ->capture_default_str();
-  verb->add_option("--pattern", o->pattern, "Pattern generator")
-      ->check(CLI::IsMember({"nonlinear", "linear", "preview"}))
-      ->capture_default_str();
   verb->add_option("--seed", o->seed, "Seed of all random numbers")
       ->check(number_not_below_zero)  // "-1" would count from the largest one
       ->capture_default_str();
@@ -212,7 +201,6 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   verb->add_option("--set", o->set, "A setting of the stabilizer")->type_name("KEY=NUMBER");
-  verb->add_option("--only", o->only, "Number of one trial")->check(number_not_below_zero);
   verb->add_option("-j,--jobs", o->jobs, "Number of trials in parallel")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();

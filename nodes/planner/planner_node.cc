@@ -10,7 +10,6 @@
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
 #include "nodes/planner/plan_drawing.h"
-#include "nodes/planner/roadmap_file.h"
 
 namespace mimesis::planner {
 
@@ -174,9 +173,6 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       settings_(task_settings(params)),
       sequence_(sequence_settings(params, arm_)),
       job_(bus, arm_, settings_),
-      roadmap_(params.roadmap.empty()
-                   ? nullptr
-                   : std::make_shared<const Roadmap>(load_roadmap(params.roadmap, arm_))),
       decision_in_(bus, "decision", {.author = runtime::Author::first}),
       scene_in_(bus, "scene", {.author = runtime::Author::first}),
       arm_in_(bus, "joint_states", {.author = runtime::Author::first}),

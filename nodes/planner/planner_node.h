@@ -37,7 +37,6 @@ struct PlannerParams {
   double rate_hz = 200.0;           ///< rate of set-points: the robot's [Hz]
   double offset_s = 0.0;            ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";  ///< model file of the arm
-  std::string roadmap{};            ///< file of `mimesis plan roadmap`; none: it is made at first
   int roadmap_nodes = 2500;         ///< number of nodes sampled within the joint limits [1]
   int neighbours = 4;               ///< links of a node, k [1]
   int seed = 1;                     ///< seed of all sampling [1]
@@ -63,7 +62,6 @@ struct PlannerParams {
     v("rate_hz", rate_hz, 10.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
     v.file("robot", robot, "arm");
-    v.file("roadmap", roadmap, "roadmap", false);
     v("roadmap_nodes", roadmap_nodes, 100, 20000);
     v("neighbours", neighbours, 2, 32);
     v("seed", seed, 0, 1'000'000'000);

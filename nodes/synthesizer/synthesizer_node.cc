@@ -5,23 +5,12 @@
 #include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
 #include "common/time.h"
-#include "nodes/synthesizer/sequence/drawer_files.h"
 #include "nodes/synthesizer/synthesizer_messages.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
 using runtime::Time;
-
-/// The trials in the folder of the parameters.
-DrawerData read_drawer(const std::string& folder, const std::vector<std::string>& rows,
-                       const mocap::Body& body) {
-  std::array<mocap::Trials, kActions> sets;
-  for (std::size_t a = 0; a < kActions; ++a) {
-    sets[a] = mocap::read_trials(runtime::find_model_file(folder + "/" + kActionFiles[a]));
-  }
-  return join_actions(std::move(sets), rows, body, folder);
-}
 
 /// A robot takes objects from drawers, and has to see them.
 bool grasps(const SynthesizerParams& params) {
@@ -30,9 +19,6 @@ bool grasps(const SynthesizerParams& params) {
 
 std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params, runtime::Bus& bus) {
   if (!params.drawer) {
-    if (!params.drawer_trials.empty()) {
-      throw ConfigError("synthesizer.drawer_trials: needs synthesizer.drawer: true");
-    }
     if (params.goal.kind != "drawer") return nullptr;
     throw ConfigError("synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
   }
@@ -40,20 +26,14 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params, 
   const mocap::Body body = mocap::standard_body();
   GeneratorSettings settings;
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
-  return std::make_unique<const ActionMaps>(learn_drawer_model(
-      params.drawer_trials.empty() ? generate_drawer_data(body, Drawer{}, settings)
-                                   : read_drawer(params.drawer_trials, drawer_rows(), body)));
+  return std::make_unique<const ActionMaps>(
+      learn_drawer_model(generate_drawer_data(body, Drawer{}, settings)));
 }
 
 std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params,
                                                       runtime::Bus& bus) {
   if (!grasps(params) || bus.outside().describing()) return nullptr;
   const robot::Biped biped = model::load_biped(params.robot.description);
-  if (!params.drawer_trials.empty()) {
-    const mocap::Body body = retarget::robot_body(biped.tree, retarget::figure_of(biped));
-    return std::make_unique<const BipedDrawer>(
-        make_biped_drawer(biped, read_drawer(params.drawer_trials, robot_rows(biped), body)));
-  }
   RobotTrialSettings settings = robot_trial_settings(biped);
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
   settings.cycle_s = 2.0 * params.robot.asked().step_s;

@@ -40,10 +40,7 @@ struct SynthesizerParams {
   int characters = 1;                      ///< number of characters [1]
   Formation start;                         ///< where characters stand
   FirstGoalParams goal;
-  bool drawer = false;  ///< learns the actions for drawers at the start (some seconds)
-  /// folder of the trials that drawer actions are learned from, as `mimesis drawer-trials` writes
-  /// them; empty: they are generated
-  std::string drawer_trials;
+  bool drawer = false;           ///< learns the actions for drawers at the start (some seconds)
   int drawer_seed = 1;           ///< seed of generated trials of the drawer actions [1]
   CharactersSettings character;  ///< its walk.dt_s follows from rate_hz
   RobotParams robot;
@@ -74,7 +71,6 @@ struct SynthesizerParams {
       g("object_depth_m", goal.object_depth_m, 0.0, 1.0);
     });
     v("drawer", drawer);
-    v.file("drawer_trials", drawer_trials, "folder of trials");
     v("drawer_seed", drawer_seed, 0, 1'000'000'000);
     v("goal_tolerance_m", character.walk.goal_tolerance_m, 0.02, 2.0);
     v("give_up_s", character.walk.give_up_s, 1.0, 600.0);

@@ -104,7 +104,7 @@ TEST_F(LogsPeer, TwentyOfTwentyOfOurLogsAreReadAlike) {
     files.push_back(folder_ / ("split-" + codec + "_000.mcap"));
     files.push_back(folder_ / ("split-" + codec + "_001.mcap"));
   }
-  std::vector<std::string> merge{"merge", "-o", path("merged")};
+  std::vector<std::string> merge{"filter", "-o", path("merged")};
   for (int part = 0;; ++part) {
     const fs::path file = folder_ / fmt::format("split-zstd_{:03}.mcap", part);
     if (!fs::exists(file)) break;

@@ -91,7 +91,7 @@ def _log(rng, file, folder):
     out = folder / "out"
     return ["mimesis", "log", *rng.choice((
         ["check", file], ["check", file], ["info", file], ["cat", file, "--limit", "200"], ["recover", file, out],
-        ["filter", file, out], ["diff", file, file], ["merge", file, file, "-o", out], ["info", file, "--json"],
+        ["filter", file, out], ["diff", file, file], ["filter", file, file, "-o", out], ["info", file, "--json"],
         ["cat", file, "--attachment", "launch.yaml"], ["plot", file, "planner/status.state", "-o", folder / "out.png"],
         ["replay", file.stem, file], ["play", file, "--rate", "100"]))]
 

@@ -30,7 +30,6 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"vision", "Teaches vision colours, checks its camera"},
     KnownVerb{"hw", "Drives on their buses: finds, watches, checks, moves, asks, breaks"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},
-    KnownVerb{"drawer-trials", "Writes generated trials of the drawer task as files"},
     KnownVerb{"reproduce", "Recomputes a published figure and compares it with its reference"},
     KnownVerb{"walk-trials", "Walks of the biped in the physics world, many at once"}};
 

@@ -33,7 +33,6 @@ void add_vision(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
 void add_hw(CLI::App& program, int& exit_code);
 void add_demix(CLI::App& program, int& exit_code);
-void add_drawer_trials(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);
 void add_walk_trials(CLI::App& program, int& exit_code);  ///< only where DART is found
 

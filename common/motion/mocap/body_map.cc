@@ -269,23 +269,4 @@ BodyClip to_body(const Clip& clip) {
   return out;
 }
 
-Clip to_clip(const BodyClip& motion) {
-  Clip clip;
-  clip.name = motion.name;
-  clip.rate_hz = motion.rate_hz;
-  clip.root_position_W_m = motion.root_position_W_m;
-  clip.rotation_rad = motion.angles_rad;
-  const Body& body = motion.body;
-  for (std::size_t j = 0; j < kBodyJoints; ++j) {
-    clip.skeleton.joints.push_back(
-        {std::string(kBodyJointNames[j]), kBodyParents[j], body.offset_m[j]});
-  }
-  clip.skeleton.ends = {{"ltoe", kLeftAnkle, body.toe_m[kLeft]},
-                        {"rtoe", kRightAnkle, body.toe_m[kRight]},
-                        {"lhand", kLeftWrist, body.hand_m[kLeft]},
-                        {"rhand", kRightWrist, body.hand_m[kRight]},
-                        {"top", kHead, body.head_top_m}};
-  return clip;
-}
-
 }  // namespace mimesis::mocap

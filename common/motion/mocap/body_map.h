@@ -36,8 +36,4 @@ std::span<const BodyMap> known_body_maps();
 /// @throws ConfigError with the names of missing joints; if the clip has no frame
 BodyClip to_body(const Clip& clip);
 
-/// The figure's motion with its own skeleton: joints by the names of the body, hands, toes and the
-/// head's top as ends.
-Clip to_clip(const BodyClip& motion);
-
 }  // namespace mimesis::mocap

@@ -19,15 +19,6 @@ struct ReadOptions {
 /// Reads a .bvh or .amc file, by its ending. @throws ConfigError "file:line: what, expected ..."
 Clip read_clip(const std::string& file, const ReadOptions& options = {});
 
-/// The clip as a table, one row a frame, numbers exact, axes x forward, y left, z up. Columns:
-/// time_s; position of the root, ROOT.px_m ROOT.py_m ROOT.pz_m; then of every joint its axis-angle
-/// vector relative to the parent, JOINT.x_rad JOINT.y_rad JOINT.z_rad.
-/// Preconditions as of bvh_text().
-std::string csv_text(const Clip& clip);
-
-/// Writes a .bvh or .csv file, by its ending. @throws ConfigError also if it cannot be written
-void write_clip(const Clip& clip, const std::string& file);
-
 /// Length of the unit of a BVH file whose joints have these names [m]: CMU's 2.54/0.45 cm where the
 /// root is "Hips" over "LHipJoint" and "RHipJoint", as CMU's conversions have it; 1 cm otherwise.
 double bvh_unit_m(const Skeleton& skeleton);
@@ -42,13 +33,6 @@ double bvh_unit_m(const Skeleton& skeleton);
 /// @param file  named in errors; its base name becomes the clip's.
 /// @throws ConfigError "file:line: found ..., expected ..."
 Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options = {});
-
-/// The clip as a BVH file: y up, unit `bvh_unit_m`, joints depth first, the root's channels
-/// Xposition Yposition Zposition Zrotation Yrotation Xrotation, the others' Zrotation Yrotation
-/// Xrotation [°]. A last joint without an end gets one at its centre, which the format demands.
-/// Read again it is the same motion to 1e-6 rad and 1e-6 m.
-/// Precondition: at least one frame, a rate, names without braces, commas or line ends.
-std::string bvh_text(const Clip& clip);
 
 /// Skeleton of an ASF file, with the data that an AMC file needs.
 struct AcclaimSkeleton {

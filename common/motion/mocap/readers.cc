@@ -139,13 +139,6 @@ std::string read_bytes(const std::string& file) {
   return bytes;
 }
 
-void write_bytes(const std::string& file, std::string_view bytes) {
-  std::ofstream out(file, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw ConfigError(file + ": cannot be written");
-}
-
 std::string base_name(const std::string& file) {
   return std::filesystem::path(file).filename().string();
 }

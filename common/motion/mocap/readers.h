@@ -68,15 +68,12 @@ bool same_word(std::string_view a, std::string_view b);
 
 /// The whole file. @throws ConfigError if it cannot be read
 std::string read_bytes(const std::string& file);
-/// Writes the whole file. @throws ConfigError if it cannot be written
-void write_bytes(const std::string& file, std::string_view bytes);
 /// Without the folder.
 std::string base_name(const std::string& file);
 
 /// Motion files are y up, facing +z, left +x; this project is z up, facing +x, left +y. So the axes
 /// permute, (x, y, z)_project = (z, x, y)_file, for points, axes and axis-angle vectors alike.
 inline Eigen::Vector3d from_file_axes(const Eigen::Vector3d& v) { return {v.z(), v.x(), v.y()}; }
-inline Eigen::Vector3d to_file_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
 /// 0, 1, 2 = x, y, z of the file -> the same axis in this project.
 inline int from_file_axis(int axis) { return (axis + 1) % 3; }
 
@@ -115,19 +112,5 @@ void check_lengths(const std::string& file, const Clip& clip);
 
 /// @throws ConfigError
 void check_options(const ReadOptions& options);
-
-/// Appends a number with this number of decimals, with equal bytes in every locale.
-inline void append_fixed(std::string& text, double value, int decimals) {
-  char digits[400];
-  const auto end =
-      std::to_chars(digits, digits + sizeof digits, value, std::chars_format::fixed, decimals);
-  text.append(digits, end.ptr);
-}
-
-/// Appends the shortest text that reads as the same number.
-inline void append_exact(std::string& text, double value) {
-  char digits[32];
-  text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
-}
 
 }  // namespace mimesis::mocap

@@ -237,27 +237,4 @@ Trials parse_trials(std::string_view text, const std::string& file) {
 
 Trials read_trials(const std::string& file) { return parse_trials(read_bytes(file), file); }
 
-void write_trials(const Trials& set, const std::string& file) {
-  std::string text = fmt::format("{}\n{},style,step_length_m,turn_rad", kHouseAxes, kTrialColumns);
-  for (const std::string& name : set.task_names) text += ',' + name;
-  text += ",joint,axis";
-  for (Index t = 0; t < set.samples.cols(); ++t) text += fmt::format(",t{}", t);
-  text += '\n';
-  const Index rows = set.rows_per_trial();
-  for (Index n = 0; n < set.samples.rows(); ++n) {
-    const Trial& trial = set.trials[static_cast<std::size_t>(n / rows)];
-    const std::string& name = set.rows[static_cast<std::size_t>(n % rows)];
-    const std::size_t dot = name.rfind('.');
-    text += fmt::format("{},{},{},{},{},{},{},{}", trial.clip, trial.cycle, trial.first_frame,
-                        trial.last_frame, trial.duration_s, trial.style, trial.step_length_m,
-                        trial.turn_rad);
-    for (const double value : trial.task) text += fmt::format(",{}", value);
-    text += fmt::format(",{},{}", name.substr(0, dot),
-                        dot == std::string::npos ? "" : name.substr(dot + 1));
-    for (Index t = 0; t < set.samples.cols(); ++t) text += fmt::format(",{}", set.samples(n, t));
-    text += '\n';
-  }
-  write_bytes(file, text);
-}
-
 }  // namespace mimesis::mocap

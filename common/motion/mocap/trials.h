@@ -46,9 +46,4 @@ Trials read_trials(const std::string& file);
 /// Parses text in memory; `file` names it in errors.
 Trials parse_trials(std::string_view text, const std::string& file);
 
-/// Writes the same form, with the line of axes and all columns. Everything is read back as it was,
-/// numbers as the same bits.
-/// @throws ConfigError if the file cannot be written
-void write_trials(const Trials& set, const std::string& file);
-
 }  // namespace mimesis::mocap

@@ -1,17 +1,14 @@
-// Steps of crowds, and of RVO2 on the same agents. items_per_second is agent-steps per second, of
-// processor time on one thread and of wall time on several; hz how often a step can be made. All
-// start again after some simulated seconds, so that crowds are equally dense in both.
-//
-// streams and peer/rvo2_streams compare simulated seconds: agent_s at equal steps, and at the
-// largest step of each with `admissible` = 1, that is nearly as good as with its own finest one
-// (quality.h).
+// Streams of agents that cross, and those of RVO2 on the same agents, in simulated seconds: agent_s
+// at equal steps, and at the largest step of each with `admissible` = 1, that is nearly as good as
+// with its own finest one (quality.h). hz is how often a step can be made. All start again after
+// some simulated seconds, so that crowds are equally dense in both. Steps by number of agents:
+// `mimesis reproduce crowd-scaling`.
 #include <benchmark/benchmark.h>
 
 #include <map>
 #include <memory>
 #include <tuple>
 
-#include "common/parallel/team.h"
 #include "experiments/crowd/crowds.h"
 #include "experiments/crowd/quality.h"
 #include "experiments/crowd/rvo2.h"
@@ -22,9 +19,9 @@ namespace {
 constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // simulated time
 constexpr double kFinest_s = 1.0 / 240.0;
 
-/// Times steps of what `make` makes, a pointer; returns the last one.
+/// Times steps of what `make` makes, a pointer.
 template <class Make, class Step>
-auto run(benchmark::State& state, Make make, Step step) {
+void run(benchmark::State& state, Make make, Step step) {
   const auto begun = [&] {
     auto crowd = make();
     while (crowd->time_s() < kBegin_s) step(*crowd);
@@ -41,31 +38,6 @@ auto run(benchmark::State& state, Make make, Step step) {
   }
   state.counters["hz"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
-  return crowd;
-}
-
-void ours(benchmark::State& state, Crowd (*make)(int)) {
-  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
-  const auto team = threads > 1 ? std::make_unique<parallel::Team>(threads) : nullptr;
-  const auto crowd = run(
-      state, [&] { return std::make_unique<Crowd>(make(n)); },
-      [&](Crowd& c) { c.step(team.get()); });
-  state.SetItemsProcessed(state.iterations() * n);
-  state.counters["bytes_per_agent"] = crowd->bytes_per_agent();
-  state.counters["held"] = crowd->contacts().held;
-  state.counters["overlapping"] = crowd->contacts().overlapping;
-}
-
-void peer(benchmark::State& state, Crowd (*make)(int)) {
-  if (!Rvo2::built()) {
-    state.SkipWithError("RVO2 is not here: cmake --build build --target peers, and build again");
-    return;
-  }
-  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
-  run(
-      state, [&] { return Rvo2::make(make(n), {.threads = threads}); },
-      [](Movers& r) { r.step(); });
-  state.SetItemsProcessed(state.iterations() * n);
 }
 
 enum class Who { engine, rvo2 };
@@ -107,29 +79,6 @@ void streaming(benchmark::State& state, Who who) {
   state.counters["delay_s"] = q.delay_s;
   state.counters["admissible"] = q.admissible(quality_of(who, per_m2, kFinest_s)) ? 1.0 : 0.0;
 }
-
-void full_crossing(benchmark::State& state) { ours(state, crossing_crowd); }
-void full_circle(benchmark::State& state) { ours(state, circle_crowd); }
-void formation_only(benchmark::State& state) { ours(state, formation_crowd); }
-void rvo2_crossing(benchmark::State& state) { peer(state, crossing_crowd); }
-void rvo2_circle(benchmark::State& state) { peer(state, circle_crowd); }
-
-template <int kThreads>
-void sizes(benchmark::internal::Benchmark* b, int most) {
-  b->ArgNames({"agents", "threads"})->Unit(benchmark::kMillisecond);
-  if (kThreads > 1) b->UseRealTime();
-  for (int n = 100; n <= most; n *= 10) b->Args({n, kThreads});
-}
-
-#define MIMESIS_SIZES(function, name, most)                                   \
-  BENCHMARK(function)->Name(name)->Apply([](auto* b) { sizes<1>(b, most); }); \
-  BENCHMARK(function)->Name(name)->Apply([](auto* b) { sizes<2>(b, most); })
-
-MIMESIS_SIZES(full_crossing, "full_crossing", 1'000'000);
-MIMESIS_SIZES(rvo2_crossing, "peer/rvo2_crossing", 100'000);
-MIMESIS_SIZES(full_circle, "full_circle", 100'000);
-MIMESIS_SIZES(rvo2_circle, "peer/rvo2_circle", 100'000);
-MIMESIS_SIZES(formation_only, "formation_only", 1'000'000);
 
 void streams_ours(benchmark::State& state) { streaming(state, Who::engine); }
 void streams_rvo2(benchmark::State& state) { streaming(state, Who::rvo2); }

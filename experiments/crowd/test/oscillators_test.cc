@@ -8,7 +8,6 @@
 
 #include "common/math/circle.h"
 #include "common/math/integrator.h"
-#include "common/testing/no_malloc.h"
 #include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
@@ -24,10 +23,7 @@ TEST(HopfNetwork, IsTheKroneckerLaplacianOfTheStates) {  // eq. 4.24 with L = L_
        {Topology::chain, Topology::ring, Topology::star, Topology::wheel, Topology::all_to_all}) {
     const auto graph = CouplingGraph::make(topology, 6);
     Eigen::Matrix2Xd rate(2, 6);
-    {
-      const testing::NoMalloc guard;
-      hopf_network_rate(graph, oscillator, 0.7, leader, x, rate);
-    }
+    hopf_network_rate(graph, oscillator, 0.7, leader, x, rate);
     Eigen::Matrix2Xd expected = -0.7 * x * graph.laplacian();
     for (int i = 0; i < 6; ++i) {
       expected.col(i) += oscillator.rate(x.col(i)) + 0.4 * (leader.x - x.col(i));

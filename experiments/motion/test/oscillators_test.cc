@@ -2,7 +2,6 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "common/testing/no_malloc.h"
 #include "experiments/motion/oscillator_network.h"
 
 namespace mimesis::synthesizer {
@@ -104,12 +103,6 @@ TEST(OscillatorNetwork, AnExternalLeaderPullsAnyOscillator) {
     // held for a step: half a step behind, 0.015 rad
     EXPECT_NEAR(math::wrap_pi(seven.phase(i) - leader.phase(0)), -0.015, 0.01) << i;
   }
-}
-
-TEST(OscillatorNetwork, StepsWithoutAllocation) {
-  OscillatorNetwork vdp(std::vector<VanDerPol>(7), all_to_all(7, 1.0), 0.005);
-  const mimesis::testing::NoMalloc guard;
-  for (int n = 0; n < 10; ++n) vdp.step();
 }
 
 TEST(OscillatorNetwork, RefusesWhatItCannotIntegrate) {

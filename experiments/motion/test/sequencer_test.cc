@@ -7,7 +7,6 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "common/testing/no_malloc.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -83,22 +82,6 @@ TEST(Sequencer, FollowsAStepBackOverTheCrossing) {
   EXPECT_EQ(t.transitions(), 1);
   EXPECT_GT(t.at(6.4).mean_rad[0], 0.5);
   EXPECT_EQ(t.transitions(), 1);
-}
-
-TEST(Sequencer, DoesNotAllocate) {
-  const MotionParameters a = sequencer_one_row(0.0, 0.4, 0.1),
-                         b = sequencer_one_row(1.0, -0.3, 0.2);
-  Sequencer s(a, 1);
-  double sum = 0.0;
-  {
-    const mimesis::testing::NoMalloc guard;
-    for (int i = 0; i < 1000; ++i) {
-      if (!s.announced()) (void)s.announce(i % 2 ? a : b);
-      sum += s.at(0.05 * i).mean_rad[0];
-    }
-  }
-  EXPECT_GT(s.transitions(), 5);
-  EXPECT_GT(sum, 0.0);
 }
 
 TEST(Sequencer, ConfigurationErrors) {

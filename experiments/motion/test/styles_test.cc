@@ -9,7 +9,6 @@
 #include "common/error.h"
 #include "common/math/circle.h"
 #include "common/motion/demix/mixture.h"
-#include "common/testing/no_malloc.h"
 #include "common/testing/refusal.h"
 #include "nodes/synthesizer/character/test/ambiguous_motion.h"
 

@@ -199,54 +199,9 @@ std::array<double, 3> add_naive(DrawerStudy& study, const Playing& how, Report& 
   return all;
 }
 
-std::filesystem::path plot_falls(const std::filesystem::path& dir, DrawerStudy& study) {
-  // groups of a speed; of each method ours (of several models mean and range), and the printed
-  // number as an empty frame around it
-  std::vector<plot::Data> data;
-  std::string curves;
-  const std::size_t methods = kSources.size() + 1;
-  for (std::size_t m = 0; m < methods; ++m) {
-    const bool own = m == kSources.size();
-    plot::Data d{"m" + std::to_string(m), {}};
-    for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
-      const double x = static_cast<double>(c) + 0.2 * (static_cast<double>(m) - 1.5);
-      std::vector<double> fell{0.0};
-      if (own) {
-        fell[0] = falls(speed_class(study.inference(kSources[1], Goals::all), c));
-      } else {
-        fell = naive_falls(study, kSources[m], c);
-      }
-      const Spread s = spread_of(fell);
-      // 0 is seen as a line on the ground
-      d.rows.push_back({x, std::max(0.06, s.mean), own ? 0.0 : static_cast<double>(kPrinted[m][c]),
-                        s.least, s.most});
-    }
-    data.push_back(d);
-    const std::string name = own ? "ours" : "ML " + kSources[m].text();
-    curves += ", $" + d.name + " using 1:2:(0.16) with boxes fs solid 0.75 noborder lt " +
-              std::to_string(own      ? 3
-                             : m == 2 ? 5
-                                      : m + 1) +
-              " title '" + name + "'";
-    if (!own) {
-      curves += ", $" + d.name + " using 1:2:4:5 with yerrorbars lc rgb '#202020' pt 0 ps 0 " +
-                (m == 0 ? "title 'models, least to most'" : "notitle");
-    }
-    curves += ", $" + d.name + " using 1:3:(0.18) with boxes lc rgb '#202020' lw 1.2 fs empty " +
-              (m == 0 ? "title 'printed'" : "notitle");
-  }
-  const auto file = dir / "table-3.1.png";
-  plot::plot_png(file, 860, 420, data,
-                 "set xrange [-0.6:2.6]\nset yrange [0:11]\nset ylabel 'falls of 10'\n"
-                 "set xtics ('slow' 0, 'middle speed' 1, 'fast' 2)\nset key outside right\n"
-                 "plot -1 notitle" +
-                     curves + "\n");
-  return file;
-}
-
 }  // namespace
 
-Report falls_table(const PlotDir& plot_dir) {
+Report falls_table(const PlotDir&) {
   DrawerStudy& study = DrawerStudy::shared();
   Report report;
   const std::array<double, 3> naive = add_naive(study, kWays[0], report);
@@ -263,7 +218,6 @@ Report falls_table(const PlotDir& plot_dir) {
                 falls(study.played_originals(how)), published(0, "M18 3.8.4"), 0, "1",
                 alone + "what falls above falls by the learned angles");
   }
-  if (plot_dir) report.plots.push_back(plot_falls(*plot_dir, study));
   return report;
 }
 

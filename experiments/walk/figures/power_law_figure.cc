@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/plot/gnuplot.h"
 #include "experiments/dmp/power_law.h"
 #include "experiments/harness/statistics.h"
 #include "experiments/walk/figures.h"
@@ -24,9 +23,8 @@ constexpr double kLong_m = 2.4, kShort_m = 1.5, kSpeed_m_s = 0.15;
 
 struct Lap {
   TrialResult result;
-  double exponent = 0.0;            // exponent of the walked path
-  double off_path_m = 0.0;          // mean of the feet, largest
-  std::vector<Vector2d> track_W_m;  // middle of the feet at every landing
+  double exponent = 0.0;    // exponent of the walked path
+  double off_path_m = 0.0;  // mean of the feet, largest
 };
 
 /// One entry per step: where the middle of the feet was when it landed.
@@ -100,7 +98,6 @@ Lap walk_half(const Robot& robot, double beta) {
     if (tick.out.pattern.steps <= steps) return;
     const Vector2d p = steering.place();
     landings.push_back({tick.time_s, p});
-    lap.track_W_m.push_back(p);
     const Vector2d q(p.x() / kLong_m, p.y() / kShort_m);
     lap.off_path_m = std::max(lap.off_path_m, (p - p / q.norm()).norm());
   });
@@ -108,30 +105,9 @@ Lap walk_half(const Robot& robot, double beta) {
   return lap;
 }
 
-std::filesystem::path plot(const std::filesystem::path& dir, const std::vector<Lap>& laps) {
-  std::vector<plot::Data> data;
-  std::string curves;
-  const char* names[] = {"-1/3", "0", "1/3", "2/3"};
-  for (std::size_t i = 0; i < laps.size(); ++i) {
-    plot::Data d{"lap" + std::to_string(i), {}};
-    for (const Vector2d& p : laps[i].track_W_m) {
-      d.rows.push_back({p.x(), p.y() - 0.45 * double(i)});
-    }
-    data.push_back(d);
-    curves += (i ? ", " : "") + std::string("$lap") + std::to_string(i) + " with linespoints ls " +
-              std::to_string(i + 1) + " pt 7 ps 0.7 title 'β = " + names[i] + "'";
-  }
-  const auto file = dir / "power-law.png";
-  plot::plot_png(file, 900, 700, data,
-                 "set size ratio -1; set xlabel 'x [m]'; set ylabel 'y [m], each lap 0.45 m "
-                 "below the last'; set title 'A point for every step'\nplot " +
-                     curves);
-  return file;
-}
-
 }  // namespace
 
-Report power_law(const PlotDir& plot_dir) {
+Report power_law(const PlotDir&) {
   const Robot robot = load_robot("biped");
   Report report;
   constexpr std::array laws = {std::pair{-1.0 / 3.0, "β = -1/3"}, std::pair{0.0, "β = 0"},
@@ -148,7 +124,6 @@ Report power_law(const PlotDir& plot_dir) {
     report.at_most(law + ": off the path, largest", lap.off_path_m, 0.02, "m",
                    "middle of the feet at landings; nothing is published");
   }
-  if (plot_dir) report.plots.push_back(plot(*plot_dir, laps));
   return report;
 }
 

@@ -90,13 +90,4 @@ HeadingSway HeadingSway::make(std::span<const double> cosine, std::span<const do
   return sway;
 }
 
-double HeadingSway::amplitude_rad(double gain) const {
-  double sum = 0.0;
-  for (int k = 1; k <= kHarmonics; ++k) {
-    const auto h = static_cast<std::size_t>(k - 1);
-    sum += std::hypot(cosine[h], sine[h]) / std::hypot(gain, k);
-  }
-  return sum;
-}
-
 }  // namespace mimesis::crowd

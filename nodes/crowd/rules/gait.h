@@ -61,10 +61,6 @@ struct HeadingSway {
     });
     return sum;
   }
-  /// Largest deviation of ψ to one side of a goal that stays near:
-  /// Σₖ |aₖ|/√(m² + k²) with aₖ the amplitude of the k-th harmonic [rad].
-  /// @param gain  m_ψ >= 0
-  double amplitude_rad(double gain) const;
 };
 
 }  // namespace mimesis::crowd

@@ -1,16 +1,13 @@
 #include <benchmark/benchmark.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <random>
 
 #include "common/model/files.h"
 #include "common/time.h"
 #include "nodes/planner/bench/query_bench.h"
 #include "nodes/planner/path_search.h"
-#include "nodes/planner/roadmap_file.h"
 #include "nodes/planner/task_plan.h"
 
 namespace mimesis::planner {
@@ -51,20 +48,6 @@ void postures(benchmark::State& state) {  // the same, many at once; time of one
       benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(postures)->Unit(benchmark::kMicrosecond);
-
-void stored_roadmap(benchmark::State& state) {  // read, checked, and its postures judged
-  const Demo& d = demo();
-  const std::string file = "/tmp/mimesis_bench_" + std::to_string(getpid()) + ".roadmap";
-  save_roadmap(arm_roadmap(d.arm, {.nodes = 3000, .refinement = {}}, d.settings.margin_m), d.arm,
-               file);
-  CollisionChecker checker(d.arm, d.obstacles, d.settings.margin_m);
-  for (auto _ : state) {
-    const Roadmap roadmap = load_roadmap(file, d.arm);
-    benchmark::DoNotOptimize(checker.free_columns(roadmap.nodes()));
-  }
-  std::filesystem::remove(file);
-}
-BENCHMARK(stored_roadmap)->Unit(benchmark::kMillisecond);
 
 void certified_link(benchmark::State& state) {
   const Demo& d = demo();

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,11 +12,9 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/model/viewer.h"
-#include "common/plot/gnuplot.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
 #include "nodes/planner/move_plan.h"
-#include "nodes/planner/roadmap_file.h"
 #include "nodes/planner/verb/plan_file.h"
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/number_check.h"
@@ -27,7 +24,6 @@
 namespace mimesis::tool {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using planner::PlannedMotion;
 
@@ -35,12 +31,12 @@ constexpr int kDone = 0, kFailed = 1;
 constexpr double kBrakes = 0.95;  // share of the accelerations with which the planner brakes
 
 struct PlanOptions {
-  std::string scene, robot = "lwr4.yaml", roadmap, start;
+  std::string scene, robot = "lwr4.yaml", start;
   std::vector<std::string> via, goals, task;
   std::vector<double> hand_m;
   double margin_m = 0.002, speed = 0.6, deadline_s = 0.0;
   std::uint64_t seed = 1;
-  std::string out, plot_dir, scene_log;
+  std::string out, scene_log;
   bool json = false;
 };
 
@@ -122,10 +118,6 @@ tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel&
                                       const planner::PlanRequest& request,
                                       planner::TaskSettings settings) {
   const bool task = std::holds_alternative<planner::Task>(request.what);
-  const auto stored =
-      o.roadmap.empty()
-          ? nullptr
-          : std::make_shared<const planner::Roadmap>(planner::load_roadmap(o.roadmap, arm));
   if (o.deadline_s > 0.0) {
     const auto end =
         std::chrono::steady_clock::now() + from_seconds(o.deadline_s - planner::kLongestPart_s);
@@ -133,14 +125,9 @@ tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel&
         fmt::format("the deadline of {:g} ms passed", 1e3 * o.deadline_s),
         [end] { return std::chrono::steady_clock::now() >= end; }, planner::kQuestionsPerLook);
   }
-  std::shared_ptr<const planner::Roadmap> roadmap;
-  if (stored) {
-    roadmap = refreshed_roadmap(stored, arm, request.table, settings);
-  } else {
-    roadmap = std::make_shared<const planner::Roadmap>(
-        task ? prepare_roadmap(arm, request.table, settings) : planner::Roadmap{});
-  }
-  auto plan = plan_request(arm, *roadmap, request, settings);
+  const planner::Roadmap roadmap =
+      task ? prepare_roadmap(arm, request.table, settings) : planner::Roadmap{};
+  auto plan = plan_request(arm, roadmap, request, settings);
   if (!plan) return tl::unexpected(plan.error());
   if (plan->motions.empty()) return tl::unexpected(Status{"the arm is at the goal already"});
   auto path = task ? std::vector<Eigen::VectorXd>{} : waypoints(plan->motions);
@@ -204,35 +191,6 @@ void save(const PlanOptions& o, const kin::ArmModel& arm, const planner::TaskSet
   file.stop_alone_s = planner::stop_alone_s(settings.period_s);
   for (const PlannedMotion& motion : plan.motions) file.motions.push_back(exported(motion, arm));
   save_plan(file, o.out);
-}
-
-/// Joints over time, and the way of the hand from above and from the side.
-std::string draw(const std::string& dir, const kin::ArmModel& arm, const Plan& plan) {
-  plot::Data joints{"joints", {}}, hand{"hand", {}};
-  double t = 0.0;
-  for (const PlannedMotion& motion : plan.motions) {
-    for (Eigen::Index k = 0; k < motion.trajectory.samples(); ++k) {
-      const auto q = motion.trajectory.position.col(k);
-      joints.rows.push_back(numbers(q));
-      joints.rows.back().insert(joints.rows.back().begin(),
-                                t + static_cast<double>(k) * motion.trajectory.period_s);
-      hand.rows.push_back(numbers(kin::end_effector(arm, q).translation()));
-    }
-    t += motion.trajectory.duration_s();
-  }
-  std::string script =
-      "set multiplot layout 1,3\nset xlabel 'time [s]'\nset ylabel 'joints [rad]'\nplot ";
-  for (int j = 0; j < arm.dof(); ++j)
-    script += fmt::format("{}$joints using 1:{} with lines lt {} title '{}'", j > 0 ? ", " : "",
-                          j + 2, j % 8 + 1, j);
-  script +=
-      "\nset size ratio -1\nset key off\nset xlabel 'hand, x [m]'\nset ylabel 'y [m]'\n"
-      "plot $hand using 1:2 with lines lt 1\nset ylabel 'z [m]'\n"
-      "plot $hand using 1:3 with lines lt 1\nunset multiplot";
-  fs::create_directories(dir);
-  const fs::path png = fs::path(dir) / "plan.png";
-  plot::plot_png(png, 1500, 480, {joints, hand}, script);
-  return png;
 }
 
 /// A log for viewers: the scene once, the arm's safety balls as they move.
@@ -313,7 +271,6 @@ int plan_and_print(const PlanOptions& o) {
   report["duration_s"] = duration_s;
   for (const auto& q : plan->waypoints) report["path_rad"].push_back(numbers(q));
   if (!o.out.empty()) save(o, arm, settings, *plan);
-  if (!o.plot_dir.empty()) report["plots"] = {draw(o.plot_dir, arm, *plan)};
   if (!o.scene_log.empty()) write_scene(o.scene_log, arm, table, *plan);
   if (o.json) {
     std::cout << report.dump() << '\n';
@@ -358,7 +315,6 @@ void add_plan(CLI::App& program, int& exit_code) {
       ->check(number_not_below_zero);
   verb->add_option("--speed", o->speed, "Share of the arm's speeds and accelerations [0.6]")
       ->check(CLI::Range(0.05, 0.95));
-  verb->add_option("--roadmap", o->roadmap, "Roadmap that `mimesis plan roadmap` stored");
   verb->add_option_function<double>(
           "--deadline-ms", [o](double ms) { o->deadline_s = 1e-3 * ms; },
           "No plan is better than a late one")
@@ -366,16 +322,13 @@ void add_plan(CLI::App& program, int& exit_code) {
   verb->add_option("--seed", o->seed, "Another one finds another path [1]");
   verb->add_option("-o,--out", o->out, "Write the plan, every instant with its stops, to this file")
       ->type_name("FILE");
-  verb->add_option("--plot", o->plot_dir, "Write plan.png into this folder (needs gnuplot)")
-      ->type_name("DIR");
   verb->add_option("--scene", o->scene_log, "Write a log for `mimesis view` and Foxglove")
       ->type_name("FILE.mcap");
   verb->add_flag("--json", o->json,
                  "One object: planned, planning_s, reason or motions, length_rad, duration_s, "
-                 "path_rad, plots");
+                 "path_rad");
   verb->footer(
-      "`mimesis plan verify FILE` proves a written plan again, by other means; `mimesis plan "
-      "roadmap ROBOT` stores a roadmap.\n"
+      "`mimesis plan verify FILE` proves a written plan again, by other means.\n"
       "Exit codes: 0 done, 1 no plan, 2 usage or a file that is wrong.\n"
       "Examples:\n"
       "  mimesis plan bar_table.yaml --hand 0.6 0.1 0.6\n"

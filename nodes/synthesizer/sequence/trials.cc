@@ -7,7 +7,6 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
-#include "nodes/synthesizer/sequence/drawer_files.h"
 #include "nodes/synthesizer/sequence/performer.h"
 
 namespace mimesis::synthesizer {
@@ -103,6 +102,14 @@ Eigen::VectorXd rounded_below(const Eigen::VectorXd& highest, int window) {
   };
   return over_window(over_window(over_window(highest, 2 * window, true), window, false), window,
                      false);
+}
+
+/// Names of the rows of DrawerData.
+std::vector<std::string> drawer_rows() {
+  std::vector<std::string> rows;
+  for (int row = 0; row < mocap::kBodyRows; ++row) rows.push_back(mocap::body_row_name(row));
+  for (const char* row : {"pelvis.x", "pelvis.y", "pelvis.z"}) rows.emplace_back(row);
+  return rows;
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ constexpr double kPeriod_s = 0.005, kStep_s = 0.8;
 
 SynthesizerParams robot_params() {
   SynthesizerParams p;
-  p.model = std::string(MIMESIS_SOURCE_DIR) + "/models/biped_walk.motion.json";
+  p.model = MIMESIS_SOURCE_DIR "/models/biped_walk.motion.json";
   p.robot.description = "biped.yaml";
   p.character.style = "slow";
   return p;

@@ -200,19 +200,12 @@ TEST(SynthesizerProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   refused("rate_hz=5", "synthesizer.rate_hz");
   refused("start.arrangement=heap", "start.arrangement");
   refused("goal.kind=drawer", "'drawer' needs synthesizer.drawer: true");
-  refused("drawer_trials=/tmp", "synthesizer.drawer_trials: needs synthesizer.drawer: true");
   refused("style=happy", "'happy' is none of the model's: walk, slow, brisk");
   refused("colour=red", "colour");
   refused("model=/nowhere/x.motion.json", "/nowhere/x.motion.json: no such file");
   const std::string damaged = file().folder() + "/damaged.motion.json";
   std::ofstream(damaged) << R"({"format": "mimesis.motion", "version": 99})";
   refused("model=" + damaged, "damaged.motion.json");
-  const std::string trials = file().folder() + "/normal_step.csv";
-  std::ofstream(trials) << "clip,cycle,start_frame,end_frame,duration_s,joint,axis,t0,t1,t2,t3\n"
-                           "a,0,1,9,1.5,hip,x,1,2,three,4\n";
-  mimesis::testing::refuses(
-      kSynthesizer, {"model=" + file().path(), "drawer=true", "drawer_trials=" + file().folder()},
-      "normal_step.csv:2: column 10: 'three', expected a finite number");
   mimesis::testing::refuses(kSynthesizer, {"robot.description=biped.yaml", "rate_hz=100"},
                             "synthesizer.rate_hz: 100 contradicts");
 }

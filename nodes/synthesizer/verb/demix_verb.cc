@@ -15,12 +15,9 @@
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/held_out.h"
 #include "common/motion/demix/sisa.h"
-#include "common/motion/mocap/body_map.h"
-#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "common/time.h"
-#include "nodes/synthesizer/verb/demix_plots.h"
 #include "nodes/synthesizer/verb/trial_files.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
@@ -130,34 +127,6 @@ void print(const ordered_json& report) {
   joints.print(std::cout, bold);
 }
 
-/// NAME-sources.png and NAME-quality.png in the folder: Q against K for 1..8 sources of the
-/// method and of PCA. Returns the files. @param options  sources is not used
-std::vector<std::string> plot_demixing(const std::string& folder, const std::string& name,
-                                       const mocap::Trials& set, const Mixture& mixture,
-                                       demix::SisaOptions options) {
-  constexpr int kUpTo = 8;
-  std::filesystem::create_directories(folder);
-  const auto path = [&](const char* what) {
-    return (std::filesystem::path(folder) / (name + what)).string();
-  };
-  std::vector<std::string> files = {path("-sources.png"), path("-quality.png")};
-  synthesizer::plot_sources(files[0], mixture.sources, mixture.fixed, name + ": sources");
-  synthesizer::QualityCurve ours{options.tied ? "anechoic, tied delays" : "anechoic", {}, {}},
-      pca{"PCA", {}, {}, true};
-  const auto add = [&set](synthesizer::QualityCurve& curve, int k, const Mixture& m) {
-    curve.sources.push_back(k);
-    curve.quality.push_back(demix::quality(set.samples, m.reconstruct()));
-  };
-  const int given = static_cast<int>(options.fixed.rows());
-  for (int k = 1; k <= std::min(kUpTo, static_cast<int>(demix::rank(set))); ++k) {
-    options.sources = k;
-    if (k > given) add(ours, k, demix::sisa(set, options).mixture);
-    add(pca, k, demix::principal_components(set, k));
-  }
-  synthesizer::plot_quality(files[1], {ours, pca}, "Q", name + ": quality and sources");
-  return files;
-}
-
 // --- Report on the robot
 
 constexpr std::size_t kNearest = 8;  // rows in the table
@@ -252,7 +221,7 @@ struct Options {
   demix::SisaOptions sisa;
   int fixed = 0, smooth = 0;
   bool average = false, whole_clips = false, json = false, held_out = true;
-  std::string out, name, plot_dir, trials_out, export_to;
+  std::string out, name;
 };
 
 void read_styles(Options& o) {
@@ -328,40 +297,6 @@ std::string command_line(const Options& o) {
   return text;
 }
 
-/// Writes one period of the first pattern as the model has it. The pelvis travels the step length
-/// along x, at the height that puts the lowest point of the feet onto the ground.
-void export_motion(const motion::MotionModel& model, const std::string& file) {
-  const motion::Pattern& p = model.patterns.front();
-  for (int r = 0; r < mocap::kBodyRows; ++r) {
-    if (static_cast<int>(model.rows.size()) <= r ||
-        model.rows[static_cast<std::size_t>(r)] != mocap::body_row_name(r)) {
-      throw ConfigError("--export: the rows are not those of the figure of 17 joints");
-    }
-  }
-  mocap::BodyClip clip;
-  clip.body = model.body;
-  clip.name = model.name;
-  clip.angles_rad =
-      demix::Mixture{model.sources, p.weight_rad, p.delay_rad, p.mean_rad, model.fixed}
-          .reconstruct()
-          .topRows(mocap::kBodyRows);
-  const auto frames = static_cast<double>(clip.frames());
-  clip.rate_hz = frames / p.trial.duration_s;
-  clip.root_position_W_m = Eigen::Matrix3Xd::Zero(3, clip.frames());
-  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
-    const mocap::BodyPose pose = clip.pose(t);
-    double lowest = 0.0;
-    for (const auto& [ankle, side] : {std::pair{mocap::kLeftAnkle, mocap::kLeft},
-                                      std::pair{mocap::kRightAnkle, mocap::kRight}}) {
-      lowest = std::min({lowest, pose.point(ankle, clip.body.heel_m[side]).z(),
-                         pose.point(ankle, clip.body.toe_m[side]).z()});
-    }
-    clip.root_position_W_m.col(t) << p.trial.step_length_m * static_cast<double>(t) / frames, 0.0,
-        -lowest;
-  }
-  mocap::write_clip(mocap::to_clip(clip), file);
-}
-
 motion::MotionModel save(const Options& o, const TrialFiles& files, const demix::Mixture& mixture) {
   motion::MotionModel model = motion::make_model(files.set, mixture, o.sisa.tied, files.body);
   if (o.average) model = motion::average_styles(model);
@@ -369,7 +304,6 @@ motion::MotionModel save(const Options& o, const TrialFiles& files, const demix:
   model.created_by = command_line(o);
   model.learned_from = files.files;
   model.limits_rad = files.limits_rad;
-  if (!o.export_to.empty()) export_motion(model, o.export_to);
   motion::save_motion_model(model, o.out);
   return model;
 }
@@ -387,7 +321,6 @@ int run(Options& o) {
   for (const auto& [file, reason] : files.left_out) {
     std::cerr << file << ": left out: " << reason << '\n';
   }
-  if (!o.trials_out.empty()) mocap::write_trials(files.set, o.trials_out);
   if (o.fixed > 0) o.sisa.fixed = demix::non_periodic(o.fixed, files.set.samples.cols());
   const auto seconds_since = [](std::chrono::steady_clock::time_point t) {
     return to_seconds(std::chrono::steady_clock::now() - t);
@@ -415,21 +348,15 @@ int run(Options& o) {
                           {"reason", held->reason},
                           {"seconds", held_out_seconds}};
   }
-  std::vector<std::string> plots;
-  if (!o.plot_dir.empty()) {
-    plots = plot_demixing(o.plot_dir, o.name, files.set, mixture, o.sisa);
-  }
   const double seconds = seconds_since(started);
   if (!o.json) {
     if (!files.retargeted.empty()) print_retargeting(files.retargeted);
     print(report);
     if (!model.limits_rad.empty()) print_limits(limits_json(model));
-    for (const std::string& plot : plots) std::cout << "plot: " << plot << '\n';
     std::cout << fmt::format("model: {} ({:.1f} s)\n", o.out, seconds);
     return 0;
   }
   report["model"] = o.out;
-  report["plots"] = plots;
   if (!files.retargeted.empty()) {
     report["retargeting"] = retargeting_json(files.retargeted);
     report["limits"] = limits_json(model);
@@ -508,20 +435,14 @@ void add_demix(CLI::App& program, int& exit_code) {
   add_reading_options(*verb, *o);
   add_robot_options(*verb, *o);
   verb->add_option("--name", o->name, "Name of the model; otherwise from --out");
-  verb->add_option("--trials-out", o->trials_out, "Write the trials as CSV");
-  verb->add_option("--export", o->export_to,
-                   "Write the first pattern's motion as the model has it: .bvh or .csv")
-      ->type_name("FILE");
-  verb->add_option("--plot", o->plot_dir, "PNG of the sources, and of Q against K (needs gnuplot)")
-      ->type_name("DIR");
   verb->add_flag("--json", o->json, "Print one JSON object at the end");
   verb->footer(
       "Q = 1 - |X - X'|/|X| and Q2 = 1 - |X - X'|^2/|X|^2 over all rows, means removed, of the\n"
       "trials that sources are learned from. Held out: of each clip (of one clip: each trial),\n"
       "sources and tied delays learned from the others alone, weights, means and free delays\n"
       "fitted to it.\n"
-      "Exit codes: 0 done, 1 a plot failed, 2 usage, or a file that cannot be used.\nExamples:\n"
-      "  mimesis demix walks/*.bvh --sources 4 --out walk.motion.json --plot /tmp\n"
+      "Exit codes: 0 done, 2 usage, or a file that cannot be used.\nExamples:\n"
+      "  mimesis demix walks/*.bvh --sources 4 --out walk.motion.json\n"
       "  mimesis demix *.amc --tied --average --style 16_15.amc=slow -k 5 -o gaits.motion.json\n"
       "  mimesis demix *.bvh --robot models/biped.yaml --tied --average -k 6 -o b.motion.json");
   verb->callback([o, &exit_code] { exit_code = run(*o); });

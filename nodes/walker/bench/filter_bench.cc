@@ -57,15 +57,5 @@ void whole_body(benchmark::State& state) {
 }
 BENCHMARK(whole_body)->Name("filter/sample");
 
-void look_ahead(benchmark::State& state) {
-  const robot::Biped biped = robot::hrp2_like();
-  const GaitSettings gait = gait_settings(biped);
-  LinearMpc pattern(gait);
-  pattern.reset(stance(biped));
-  for (int i = 0; i < 500; ++i) pattern.step(wish(0.3));
-  for (auto _ : state) benchmark::DoNotOptimize(pattern.ahead(110));
-}
-BENCHMARK(look_ahead)->Name("filter/look_ahead");
-
 }  // namespace
 }  // namespace mimesis::walker

@@ -57,15 +57,14 @@ class MessageCheck {
   MessageCheck(const log::Source& source, Sequences& sequences, CheckedLog& checked)
       : source_(source), sequences_(sequences), checked_(checked), reader_(source) {}
 
-  /// False if the file is no log.
-  bool run(Progress& progress) {
+  void run() {
+    Progress progress("check", source_.size());
     bool any = false;
     for (const log::Record* record; (record = reader_.next()) != nullptr; any = true) {
       take(*record);
       progress.at(reader_.offset());
     }
     conclude(any);
-    return any;
   }
 
  private:
@@ -379,10 +378,7 @@ int check_files(const std::vector<std::string>& paths, bool json) {
 CheckedLog check_log(const std::string& path, const log::Source& source, Sequences& sequences) {
   const google::protobuf::LogSilencer silence;  // errors of a schema are reported here
   CheckedLog checked{path, source.size()};
-  Progress progress("check", 2 * source.size());
-  if (MessageCheck(source, sequences, checked).run(progress)) {
-    check_structure(source, checked, progress);
-  }
+  MessageCheck(source, sequences, checked).run();
   std::ranges::stable_sort(checked.findings, {}, [](const Finding& f) {
     return std::pair(-static_cast<int>(f.severity), f.kind != kDamage);
   });
@@ -415,8 +411,7 @@ std::string_view word(Severity severity) {
 }
 
 void add_check(CLI::App& verb, int& exit_code) {
-  CLI::App* check =
-      verb.add_subcommand("check", "Checks logs for all kinds of errors (like mcap doctor)");
+  CLI::App* check = verb.add_subcommand("check", "Checks sums, order and contents of logs");
   struct Options {
     std::vector<std::string> files;
     bool json = false;
@@ -426,7 +421,7 @@ void add_check(CLI::App& verb, int& exit_code) {
       ->required();
   check->add_flag("--json", options->json, "One JSON object");
   check->footer(
-      "All sums, records, indexes; order of log times; gaps and repetitions of sequence numbers;\n"
+      "All sums and records; order of log times; gaps and repetitions of sequence numbers;\n"
       "schemas and the contents of all messages; summary and counts against the data. One line "
       "per\n"
       "finding: error, warning or info. Exit code 1 if there is an error.\n"

@@ -14,8 +14,6 @@
 
 namespace mimesis::tool {
 
-class Progress;
-
 enum class Severity { info, warning, error };
 std::string_view word(Severity severity);
 
@@ -47,8 +45,6 @@ struct CheckedLog {
 
 /// All findings in one file, errors first. `sequences` continue from the parts before.
 CheckedLog check_log(const std::string& path, const log::Source& source, Sequences& sequences);
-/// Its part about indexes: adds the findings of each that does not fit what it points to.
-void check_structure(const log::Source& source, CheckedLog& checked, Progress& progress);
 /// Whether the parts follow each other; findings are added to the later one.
 void check_parts(std::vector<CheckedLog>& logs);
 

@@ -156,7 +156,7 @@ class CsvWriter {
       : logs_(logs),
         options_(options),
         times_(resolve(options.range, span_of(logs))),
-        origin_ns_(options.time == "absolute" ? 0 : span_of(logs).start_ns) {
+        origin_ns_(span_of(logs).start_ns) {
     const auto topics = topics_of(logs);
     for (const std::string& text : options.csv) {
       for (FieldQuery& query : csv_fields(text, topics)) {
@@ -298,11 +298,9 @@ void put_yuv(double y, double u, double v, std::uint8_t* bgr) {
   bgr[2] = clamped(y + 1.402 * (v - 128.0));
 }
 
-constexpr int kJpegQuality = 90;
-
 /// A file NAME.png or the like of the image in a message.
-tl::expected<void, Status> write_image(const Item& item, const ExportOptions& options,
-                                       const std::string& name, FileNames& names) {
+tl::expected<void, Status> write_image(const Item& item, const std::string& name,
+                                       FileNames& names) {
   if (item.schema->name == "foxglove.CompressedImage") {
     foxglove::CompressedImage image;
     if (!parse(item, image)) return no_image("no valid message");
@@ -316,9 +314,7 @@ tl::expected<void, Status> write_image(const Item& item, const ExportOptions& op
   if (!parse(item, raw)) return no_image("no valid message");
   const auto image = raw_image(raw);
   if (!image) return tl::unexpected(image.error());
-  return options.format == "jpeg"
-             ? image::write_jpeg(names.unique(name, ".jpg"), *image, kJpegQuality)
-             : image::write_png(names.unique(name, ".png"), *image);
+  return image::write_png(names.unique(name, ".png"), *image);
 }
 
 int run_export(const ExportOptions& o) {
@@ -418,11 +414,11 @@ ExportResult export_images(const std::vector<OpenLog>& logs, const ExportOptions
   ExportResult result{.files = {options.output}};
   std::uint64_t count = 0;
   const auto take = [&](const Item& item) {
-    if (count++ % static_cast<std::uint64_t>(options.every) != 0) return;
+    ++count;
     const log::Message& m = *item.message;
     const std::string name = fmt::format("{:06}_{}", m.sequence != 0 ? m.sequence : count,
                                          seconds_text(m.log_time, span.start_ns));
-    if (const auto written = write_image(item, options, name, names)) {
+    if (const auto written = write_image(item, name, names)) {
       ++result.items;
     } else {
       ++result.failures;
@@ -444,16 +440,7 @@ void add_export(CLI::App& verb, int& exit_code) {
          "TOPIC.FIELD[,FIELD...]: fields over time (repeatable); FIELD[2] is one element, "
          "FIELD[*] a column for each, TOPIC alone all fields; several topics: a file for each")
       ->allow_extra_args(false);
-  sub->add_option("--time", o->time, "Times relative to the start of the log, or absolute")
-      ->check(CLI::IsMember({"relative", "absolute"}))
-      ->capture_default_str();
   sub->add_option("--images", o->images, "Images of this topic as files SEQ_TIME.png");
-  sub->add_option("--format", o->format, "Of raw images: png or jpeg")
-      ->check(CLI::IsMember({"png", "jpeg"}))
-      ->capture_default_str();
-  sub->add_option("--every", o->every, "Only each so-manieth image")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str();
   sub->add_option("-o,--output", o->output, "File or folder; default for CSV: standard output");
   add_time_options(*sub, o->range);
   sub->add_flag("--json", o->json, "Print one JSON object at the end; needs -o for CSV");
@@ -463,7 +450,7 @@ void add_export(CLI::App& verb, int& exit_code) {
       "Examples: mimesis log export run.mcap --csv "
       "bridge/joint_states.position_rad[*],velocity_rad_s -o "
       "arm.csv\n"
-      "          mimesis log export run.mcap --images camera/image -o pictures --every 30");
+      "          mimesis log export run.mcap --images camera/image -o pictures");
   on_run(*sub, exit_code, [o] { return run_export(*o); });
 }
 

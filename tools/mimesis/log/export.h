@@ -21,10 +21,7 @@ struct ExportResult {
 struct ExportOptions {
   std::vector<std::string> files = {};
   std::vector<std::string> csv = {};  ///< "TOPIC.FIELD[,FIELD...]"
-  std::string time = "relative";      ///< to the start of the log, or absolute
   std::string images = {};            ///< a topic
-  std::string format = "png";         ///< of raw images, or jpeg
-  int every = 1;                      ///< only each so-manieth image
   std::string output = {};            ///< file or folder; CSV: "" or "-" is standard output
   TimeRange range = {};
   bool json = false;

@@ -11,7 +11,7 @@ void add_log(CLI::App& program, int& exit_code) {
   verb->require_subcommand(1);
   for (const auto add :
        {add_record, add_play, add_replay, add_info, add_cat, add_check, add_recover, add_filter,
-        add_merge, add_diff, add_export, add_convert, add_plot, add_restore, add_clean}) {
+        add_diff, add_export, add_convert, add_plot, add_restore, add_clean}) {
     add(*verb, exit_code);
   }
 }

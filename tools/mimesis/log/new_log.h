@@ -13,7 +13,7 @@
 #include "common/log/writer.h"
 #include "tools/mimesis/log/open_log.h"
 
-// The sink of the verbs that write logs: filter, merge, recover, convert, restore.
+// The sink of the verbs that write logs: filter, recover, convert, restore.
 namespace mimesis::tool {
 
 /// Where a verb that rewrites logs puts its result.

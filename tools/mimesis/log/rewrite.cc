@@ -142,21 +142,25 @@ std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const 
                 3};
 }
 
-// --- merge
-
 constexpr double kLargestOffset_s = 1e9;
 
 /// By input. @throws ConfigError
-std::vector<std::int64_t> offsets_ns(const MergeOptions& options) {
+std::vector<std::int64_t> offsets_ns(const FilterOptions& options) {
   std::vector<std::int64_t> offsets(options.inputs.size(), 0);
   for (const std::string& text : options.offsets) {
-    const auto [file, seconds] = parse_offset(text);
+    const std::size_t equals = std::min(text.rfind('='), text.size());
+    const auto seconds = runtime::to_double(text.substr(std::min(equals + 1, text.size())));
+    if (equals == 0 || !seconds || std::abs(*seconds) > kLargestOffset_s) {
+      throw ConfigError(fmt::format("--offset: expected FILE=SECONDS, found '{}'", text));
+    }
+    const std::string file = text.substr(0, equals);
     const auto input = std::ranges::find(options.inputs, file);
     if (input == options.inputs.end()) {
-      throw ConfigError(fmt::format("--offset: '{}' is not among the files to merge{}", file,
+      throw ConfigError(fmt::format("--offset: '{}' is not among the files to read{}", file,
                                     runtime::did_you_mean(file, options.inputs)));
     }
-    offsets[static_cast<std::size_t>(input - options.inputs.begin())] = std::llround(seconds * 1e9);
+    offsets[static_cast<std::size_t>(input - options.inputs.begin())] =
+        std::llround(*seconds * 1e9);
   }
   return offsets;
 }
@@ -336,6 +340,7 @@ ordered_json recovery_json(const std::string& input, const Recovered& recovered)
 
 int log_filter(FilterOptions options) {
   const log::Metadata notes = notes_of(options.notes);
+  const auto offsets = offsets_ns(options);
   const auto logs = open_logs(options.inputs);
   if (!options.inputs_of.empty()) {
     const auto needed = topics_for_replay(logs, options.inputs_of);
@@ -349,39 +354,17 @@ int log_filter(FilterOptions options) {
   KeptLosses losses(logs);
   LatchedRepeats repeats;
   if (options.latched && times.start > 0) write_latched(logs, selection, out);
-  out.read("filter", logs, selection, [&](const Item& item) {
-    if (repeats.repeated(item)) return;
-    losses.add(item);
-    out.copy(item);
-  });
+  out.read(
+      "filter", logs, selection,
+      [&](const Item& item) {
+        if (repeats.repeated(item)) return;
+        losses.add(item);
+        out.copy(item);
+      },
+      offsets);
   if (options.attachments) out.copy_attachments(logs);
   if (options.metadata) out.copy_metadata(logs, losses.result(options.range.whole()));
   if (!notes.metadata.empty()) out.add_metadata(notes);
-  return out.conclude(options.json);
-}
-
-std::pair<std::string, double> parse_offset(const std::string& text) {
-  const std::size_t equals = std::min(text.rfind('='), text.size());
-  const auto seconds = runtime::to_double(text.substr(std::min(equals + 1, text.size())));
-  if (equals > 0 && seconds && std::abs(*seconds) <= kLargestOffset_s) {
-    return {text.substr(0, equals), *seconds};
-  }
-  throw ConfigError(fmt::format("--offset: expected FILE=SECONDS, found '{}'", text));
-}
-
-int log_merge(const MergeOptions& options) {
-  const auto offsets = offsets_ns(options);
-  const auto logs = open_logs(options.inputs);
-  NewLog out(options.output, logs);
-  LatchedRepeats repeats;
-  out.read(
-      "merge", logs, {},
-      [&](const Item& item) {
-        if (!repeats.repeated(item)) out.copy(item);
-      },
-      offsets);
-  out.copy_attachments(logs);
-  out.copy_metadata(logs, read_losses(logs));
   for (const std::string& schema : out.conflicts()) {
     std::cerr << fmt::format("{} is defined differently in the inputs: kept apart\n", schema);
   }
@@ -434,8 +417,8 @@ int log_recover(const RewriteOptions& options) {
 void add_filter(CLI::App& verb, int& exit_code) {
   CLI::App* filter = verb.add_subcommand(
       "filter",
-      "Writes a part of logs into a new one (like ros2 bag convert, mcap filter|compress|"
-      "decompress)");
+      "Writes a part of logs, or several joined, into a new one (like ros2 bag convert, mcap "
+      "filter|merge|compress|decompress)");
   auto o = std::make_shared<FilterOptions>();
   add_input_output(*filter, o->inputs, o->output);
   add_topic_options(*filter, *o);
@@ -453,40 +436,28 @@ void add_filter(CLI::App& verb, int& exit_code) {
   filter->add_option("--note", o->notes, "Stores KEY=VALUE in the log, say its source (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  filter
+      ->add_option("--offset", o->offsets,
+                   "FILE=SECONDS, added to the log and publish times of a file whose host had "
+                   "another clock (repeatable)")
+      ->allow_extra_args(false);
   add_output_options(*filter, o->output);
   filter->add_flag("--json", o->json, "Print the result as one JSON object");
   filter->footer(
+      "Channels of one topic, type and metadata become one. Latched values that parts of a split\n"
+      "recording repeat are written once. Stamps inside of messages stay as they are.\n"
       "Exit code 1 if an input is damaged.\n"
       "Examples:\n  mimesis log filter run.mcap images.mcap --topic camera/image\n"
       "  mimesis log filter run.mcap -o part.mcap --start 12.5 --duration 3\n"
       "  mimesis log filter run.mcap -o planner.mcap --inputs-of planner\n"
+      "  mimesis log filter run_000.mcap run_001.mcap -o run.mcap\n"
+      "  mimesis log filter robot.mcap vision.mcap -o both.mcap --offset vision.mcap=-0.012\n"
       "  mimesis log filter run.mcap -o small.mcap --compression zstd --level 19   (compress)\n"
       "  mimesis log filter run.mcap -o plain.mcap --compression none   (decompress)");
   on_run(*filter, exit_code, [o] {
     take_output(o->inputs, o->output);
     return log_filter(*o);
   });
-}
-
-void add_merge(CLI::App& verb, int& exit_code) {
-  CLI::App* merge = verb.add_subcommand(
-      "merge", "Joins logs into one, in the order of log time (like mcap merge)");
-  auto o = std::make_shared<MergeOptions>();
-  merge->add_option("FILE", o->inputs, "MCAP files to read")->required();
-  merge->add_option("--output,-o", o->output.path, "File to write")->required();
-  merge
-      ->add_option("--offset", o->offsets,
-                   "FILE=SECONDS, added to the log and publish times of a file whose host had "
-                   "another clock (repeatable)")
-      ->allow_extra_args(false);
-  add_output_options(*merge, o->output);
-  merge->add_flag("--json", o->json, "Print the result as one JSON object");
-  merge->footer(
-      "Channels of one topic, type and metadata become one. Latched values that parts of a split\n"
-      "recording repeat are written once. Stamps inside of messages stay as they are.\n"
-      "Examples:\n  mimesis log merge run_000.mcap run_001.mcap -o run.mcap\n"
-      "  mimesis log merge robot.mcap vision.mcap -o both.mcap --offset vision.mcap=-0.012");
-  on_run(*merge, exit_code, [o] { return log_merge(*o); });
 }
 
 void add_recover(CLI::App& verb, int& exit_code) {

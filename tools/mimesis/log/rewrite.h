@@ -22,16 +22,10 @@ struct FilterOptions : RewriteOptions, TopicOptions {
   TimeRange range;
   bool latched = true;  ///< last values before the start, at its time
   bool attachments = true, metadata = true;
-  std::vector<std::string> notes;  ///< KEY=VALUE, for metadata "mimesis.notes"
-};
-int log_filter(FilterOptions options);
-
-struct MergeOptions : RewriteOptions {
+  std::vector<std::string> notes;         ///< KEY=VALUE, for metadata "mimesis.notes"
   std::vector<std::string> offsets = {};  ///< FILE=SECONDS, added to all times of the file
 };
-/// "run.mcap=-0.5" -> run.mcap, -0.5. @throws ConfigError
-std::pair<std::string, double> parse_offset(const std::string& text);
-int log_merge(const MergeOptions& options);
+int log_filter(FilterOptions options);
 
 /// A run of sequence numbers of one publisher that is not in the log.
 struct MissingRun {

@@ -25,7 +25,6 @@ void add_cat(CLI::App& log, int& exit_code);
 void add_check(CLI::App& log, int& exit_code);
 void add_recover(CLI::App& log, int& exit_code);
 void add_filter(CLI::App& log, int& exit_code);
-void add_merge(CLI::App& log, int& exit_code);
 void add_diff(CLI::App& log, int& exit_code);
 void add_export(CLI::App& log, int& exit_code);
 void add_convert(CLI::App& log, int& exit_code);

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
-#include <random>
 
 #include "common/math/so3.h"
 #include "common/motion/mocap/clip_file.h"
@@ -164,74 +163,6 @@ TEST(Bvh, MemoryIsBoundedByTheFile) {  // many joints that have no channels, man
   for (int i = 0; i < 20000; ++i) text += "0\n";
   EXPECT_NE(message_of([&] { parse_bvh(text, "f"); }).find("f: 20000 frames of 3001 joints"),
             std::string::npos);
-}
-
-// A tree with side branches, all rotations, quick turns; joints are not in the order of the file.
-Clip random_clip(unsigned seed) {
-  std::mt19937 random(seed);
-  const auto number = [&] { return 2.0 * static_cast<double>(random()) / 4294967295.0 - 1.0; };
-  Clip clip;
-  clip.name = "random";
-  clip.rate_hz = 48.0;
-  clip.skeleton.joints = {{"root", -1, Vector3d::Zero()}, {"a", 0, {1, 2, 3}},
-                          {"b", 0, {0.1, 0.2, 0.3}},      {"aa", 1, {-1, 0, 0.123456789}},
-                          {"ba", 2, {0, 0, 1}},           {"ab", 1, {0, 1, 0}}};
-  clip.skeleton.ends = {
-      {"aa_end", 3, {0, 0, 1}}, {"ba_end", 4, {1, 0, 0}}, {"ab_end", 5, {0, 1, 0}}};
-  clip.root_position_W_m.resize(3, 200);
-  clip.rotation_rad.resize(18, 200);
-  clip.root_position_W_m.col(0) = Vector3d(number(), number(), 1.0);
-  for (Eigen::Index r = 0; r < 18; ++r) clip.rotation_rad(r, 0) = number();
-  for (Eigen::Index t = 1; t < 200; ++t) {
-    clip.root_position_W_m.col(t) = clip.root_position_W_m.col(t - 1);
-    clip.rotation_rad.col(t) = clip.rotation_rad.col(t - 1);
-    for (Eigen::Index r = 0; r < 3; ++r) clip.root_position_W_m(r, t) += number();
-    for (Eigen::Index r = 0; r < 18; ++r) clip.rotation_rad(r, t) += 0.3 * number();
-  }
-  clip.rotation_rad(16, 3) = 90.0 * kDeg;  // the middle angle at its pole
-  clip.rotation_rad(15, 3) = clip.rotation_rad(17, 3) = 0.0;
-  return clip;
-}
-
-TEST(Bvh, WrittenAndReadAgainIsTheSameMotion) {
-  for (const char* root : {"root", "Hips"}) {  // also in CMU's unit
-    Clip clip = random_clip(7);
-    clip.skeleton.joints[0].name = root;
-    clip.skeleton.joints[1].name = "LHipJoint";
-    clip.skeleton.joints[2].name = "RHipJoint";
-    const Clip again = parse_bvh(bvh_text(clip), "again");
-    EXPECT_EQ(again.rate_hz, clip.rate_hz);
-    ASSERT_EQ(again.frames(), clip.frames());
-    ASSERT_EQ(again.skeleton.joints.size(), clip.skeleton.joints.size());
-    ASSERT_EQ(again.skeleton.ends.size(), clip.skeleton.ends.size());
-    EXPECT_LT((again.root_position_W_m - clip.root_position_W_m).cwiseAbs().maxCoeff(), 1e-6);
-    for (int j = 0; j < 6; ++j) {
-      const Joint& joint = clip.skeleton.joints[static_cast<std::size_t>(j)];
-      const int k = again.skeleton.find(joint.name);
-      ASSERT_GE(k, 0);
-      EXPECT_LT(
-          (again.skeleton.joints[static_cast<std::size_t>(k)].offset_m - joint.offset_m).norm(),
-          1e-6);
-      for (Eigen::Index t = 0; t < clip.frames(); ++t) {
-        const Eigen::Matrix3d between = rotation(again, k, t).transpose() * rotation(clip, j, t);
-        ASSERT_LT(math::log_so3(between).norm(), 1e-6) << joint.name << ' ' << t;
-      }
-    }
-  }
-}
-
-TEST(Csv, OneRowAFrameWithNamesAndUnits) {
-  const Clip clip = random_clip(2);
-  const std::string text = csv_text(clip);
-  EXPECT_EQ(text.substr(0, text.find(",b.x_rad")),
-            "time_s,root.px_m,root.py_m,root.pz_m,root.x_rad,root.y_rad,root.z_rad,"
-            "a.x_rad,a.y_rad,a.z_rad");
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 201);
-  // the last number of the table is the last of the clip, bit by bit
-  const std::size_t last = text.rfind(',') + 1;
-  EXPECT_EQ(std::stod(text.substr(last)), clip.rotation_rad(17, 199));
-  const std::size_t line = text.rfind('\n', text.size() - 2) + 1;
-  EXPECT_EQ(std::stod(text.substr(line)), 199.0 / 48.0);
 }
 
 }  // namespace

@@ -103,22 +103,6 @@ TEST(ClipFiles, AmcAgreesWithTheBvhOfTheSameClip) {
   }
 }
 
-TEST(ClipFiles, AmcWrittenAsBvhIsTheSameMotion) {
-  SKIP_WITHOUT_SHARED();
-  for (const char* name : {"35_01", "10_04", "16_15"}) {
-    const Clip amc = read_clip(shared_mocap() + "cmu_amc/" + name + ".amc");
-    const Clip bvh = parse_bvh(bvh_text(amc), "again");
-    ASSERT_EQ(bvh.rotation_rad.cols(), amc.rotation_rad.cols());
-    ASSERT_EQ(bvh.rotation_rad.rows(), amc.rotation_rad.rows());
-    EXPECT_LT((bvh.rotation_rad - amc.rotation_rad).cwiseAbs().maxCoeff(), 1e-6);
-    EXPECT_LT((bvh.root_position_W_m - amc.root_position_W_m).cwiseAbs().maxCoeff(), 1e-6);
-    for (std::size_t j = 0; j < amc.skeleton.joints.size(); ++j) {
-      EXPECT_EQ(bvh.skeleton.joints[j].name, amc.skeleton.joints[j].name);
-      EXPECT_LT((bvh.skeleton.joints[j].offset_m - amc.skeleton.joints[j].offset_m).norm(), 1e-6);
-    }
-  }
-}
-
 struct Expected {
   const char* file;
   long frames;

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "common/log/crc32.h"
-#include "common/log/summary.h"
 #include "tools/mimesis/log/test/tool_logs.h"
 
 namespace mimesis::tool {
@@ -116,37 +115,10 @@ TEST(Check, TheSummaryAgainstTheData) {
   const auto statistics = [&](auto change) {
     return kinds(with_changed<log::Statistics>(good, log::Opcode::statistics, change));
   };
-  EXPECT_EQ(statistics([](log::Statistics& s) { ++s.chunk_count; }), Kinds{"error statistics"});
   EXPECT_EQ(statistics([](log::Statistics& s) { ++s.message_end_time; }),
             Kinds{"error statistics"});
   EXPECT_EQ(statistics([](log::Statistics& s) { ++s.channel_message_counts[1]; }),
             Kinds{"error statistics"});
-  const auto index = [&](auto change) {
-    return kinds(with_changed<log::ChunkIndex>(good, log::Opcode::chunk_index, change));
-  };
-  EXPECT_EQ(index([](log::ChunkIndex& c) { ++c.message_start_time; }), Kinds{"error chunk-index"});
-  EXPECT_EQ(index([](log::ChunkIndex& c) { ++c.message_index_offsets[1]; }),
-            Kinds{"error chunk-index"});
-  EXPECT_EQ(
-      index([](log::ChunkIndex& c) { ++c.chunk_start_offset; }),
-      (Kinds{"error chunk-index", "error chunk-index"}));  // points nowhere; a chunk is missed
-  EXPECT_EQ(kinds(with_changed<log::AttachmentIndex>(good, log::Opcode::attachment_index,
-                                                     [](auto& a) { ++a.offset; })),
-            (Kinds{"error index", "error index"}));
-  EXPECT_EQ(kinds(with_changed<log::SummaryOffset>(good, log::Opcode::summary_offset,
-                                                   [](auto& s) { ++s.group_start; })),
-            Kinds{"error structure"});
-}
-
-TEST(Check, MessageIndexesPointAtTheirMessages) {
-  std::string bytes = log_bytes(sample());
-  const log::MemorySource source(bytes);
-  const auto summary = log::summarize(source);
-  const auto offset = summary->segments.at(1).index.message_index_offsets.at(1);
-  bytes[offset + log::kRecordHead + 2 + 4 + 8] ^= 1;  // where its first message stands
-  const Kinds found = kinds(bytes);
-  EXPECT_TRUE(found.contains("error message-index"));
-  EXPECT_TRUE(found.contains("error damage"));  // the sum of the data section
 }
 
 TEST(Check, DamageCutsAndCounts) {

@@ -1,4 +1,4 @@
-// info, cat, check, recover, filter, merge as people call them: exit codes and lines.
+// info, cat, check, recover, filter as people call them: exit codes and lines.
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -127,15 +127,14 @@ TEST_F(LogTools, Filter) {
   run({"filter", bad_, "-o", out_, "--force"}, 1, "byte");
 }
 
-TEST_F(LogTools, Merge) {
+TEST_F(LogTools, FilterJoinsLogs) {
   const auto report =
-      json::parse(run({"merge", in_, in_, "-o", out_, "--offset", in_ + "=1", "--json"}, 0));
+      json::parse(run({"filter", in_, in_, "-o", out_, "--offset", in_ + "=1", "--json"}, 0));
   EXPECT_EQ(report["messages"], 400);
   EXPECT_EQ(report["channels"], 2);
   EXPECT_EQ(report["attachments"], 1);
-  run({"merge", in_, "-o", out_}, 2, "exists");
-  run({"merge", in_}, 2, "--output");
-  run({"merge", in_, "-o", out_, "--force", "--offset", "x"}, 2, "expected FILE=SECONDS");
+  run({"filter", in_, "-o", out_}, 2, "exists");
+  run({"filter", in_, "-o", out_, "--force", "--offset", "x"}, 2, "expected FILE=SECONDS");
 }
 
 }  // namespace
