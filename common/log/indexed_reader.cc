@@ -33,8 +33,9 @@ struct IndexedReader::Loaded {
   /// Reads and unpacks the segment; returns why that cannot be.
   std::optional<std::string> load(const Source& source);
   std::optional<std::string> unpack(std::string_view bytes);
-  /// Finds the messages wanted; false: a record does not fit in.
-  bool index(const std::vector<bool>& channels, const Selection& selection);
+  /// Finds the messages wanted; returns why that cannot be.
+  std::optional<std::string> index(const std::vector<bool>& channels, const Selection& selection,
+                                   const std::map<std::uint16_t, Channel>& known);
 };
 
 std::optional<std::string> IndexedReader::Loaded::load(const Source& source) {
@@ -81,12 +82,21 @@ std::optional<std::string> IndexedReader::Loaded::unpack(std::string_view bytes)
   return std::nullopt;
 }
 
-bool IndexedReader::Loaded::index(const std::vector<bool>& channels, const Selection& selection) {
+std::optional<std::string> IndexedReader::Loaded::index(
+    const std::vector<bool>& channels, const Selection& selection,
+    const std::map<std::uint16_t, Channel>& known) {
   Decoder d(records);
   while (d.left() > 0) {
     const auto opcode = d.integer<Opcode>();
     const std::string_view content = d.raw(d.integer<std::uint64_t>());
-    if (!d.ok()) return false;
+    if (!d.ok()) return "a record does not fit into it";
+    if (Channel channel; opcode == Opcode::channel && decode(content, channel)) {
+      const auto summarized = known.find(channel.id);
+      if (summarized == known.end() || summarized->second == channel) continue;
+      entries.clear();  // they would go by a wrong topic
+      return fmt::format("channel {} is '{}' in it, '{}' in the summary", channel.id, channel.topic,
+                         summarized->second.topic);
+    }
     Message message;
     if (opcode != Opcode::message || !decode(content, message) || !channels[message.channel_id])
       continue;
@@ -94,13 +104,16 @@ bool IndexedReader::Loaded::index(const std::vector<bool>& channels, const Selec
     const auto offset = static_cast<std::size_t>(content.data() - records.data());
     entries.push_back({message.log_time, offset, content.size()});
   }
-  return true;
+  return std::nullopt;
 }
 
 IndexedReader::~IndexedReader() = default;
 
 IndexedReader::IndexedReader(const Source& source, const Summary& summary, Selection selection)
-    : source_(source), selection_(std::move(selection)), channels_(1 << 16, false) {
+    : source_(source),
+      selection_(std::move(selection)),
+      channels_(1 << 16, false),
+      known_(summary.channels) {
   for (const auto& [id, channel] : summary.channels) {
     channels_[id] = !selection_.channel || selection_.channel(channel);
   }
@@ -120,7 +133,7 @@ IndexedReader::IndexedReader(const Source& source, const Summary& summary, Selec
     chunk.next = 0;
     chunk.damage = chunk.load(source_);
     if (chunk.damage) return;
-    if (!chunk.index(channels_, selection_)) chunk.damage = "a record does not fit into it";
+    chunk.damage = chunk.index(channels_, selection_, known_);
     if (std::ranges::is_sorted(chunk.entries, {}, &Loaded::Entry::log_time)) return;
     std::ranges::stable_sort(chunk.entries, {}, &Loaded::Entry::log_time);
   };

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -39,9 +40,10 @@ class IndexedReader {
 
   const Source& source_;
   Selection selection_;
-  std::vector<bool> channels_;            ///< by id: selected
-  std::vector<const Segment*> segments_;  ///< wanted ones, earliest first
-  std::size_t claimed_ = 0, taken_ = 0;   ///< number of segments claimed and taken so far
+  std::vector<bool> channels_;              ///< by id: selected
+  std::map<std::uint16_t, Channel> known_;  ///< as the summary defines them
+  std::vector<const Segment*> segments_;    ///< wanted ones, earliest first
+  std::size_t claimed_ = 0, taken_ = 0;     ///< number of segments claimed and taken so far
   std::unique_ptr<ReadAhead<Loaded>> ahead_;
   std::vector<std::unique_ptr<Loaded>> loaded_;  ///< a heap, next message first
   bool delivered_ = false;                       ///< the first one's message was the last delivered

@@ -60,6 +60,9 @@ class StreamReader {
   const std::map<std::uint16_t, Schema>& schemas() const { return schemas_; }     ///< seen so far
   const std::map<std::uint16_t, Channel>& channels() const { return channels_; }  ///< seen so far
 
+  /// The first schema or channel whose id was another's before, if any.
+  const std::optional<Damage>& redefined() const { return redefined_; }
+
   /// Footer and closing magic were reached.
   bool complete() const { return complete_; }
   const std::vector<Damage>& damages() const { return damages_; }
@@ -259,6 +262,7 @@ class StreamReader {
     const auto [it, fresh] = known.try_emplace(record.id, record);
     if (!fresh && !(it->second == record)) {
       damage(offset_, fmt::format("id {} is defined a second time, differently", record.id));
+      if (!redefined_) redefined_ = Damage{offset_, fmt::format("id {}", record.id)};
       it->second = record;
     }
     if constexpr (std::is_same_v<T, Channel>) known_channels_[record.id] = true;
@@ -281,6 +285,7 @@ class StreamReader {
   std::string_view rest_;  ///< rest of the unpacked chunk, or of the piece's records
   std::size_t inner_size_ = 0;
 
+  std::optional<Damage> redefined_;
   std::map<std::uint16_t, Schema> schemas_;
   std::map<std::uint16_t, Channel> channels_;
   std::vector<bool> known_channels_;  ///< by id: defined, or reported as undefined

@@ -160,6 +160,11 @@ tl::expected<Summary, Status> scan(const Source& source, const ReaderLimits& lim
     return tl::unexpected(
         Status{why.empty() ? "not an MCAP log" : "not an MCAP log: " + why.front().what});
   }
+  if (const auto& twice = reader.redefined()) {
+    return tl::unexpected(Status{fmt::format(
+        "byte {}: {} is defined a second time, differently: `mimesis log recover` takes both apart",
+        twice->offset, twice->what)});
+  }
   summary.schemas = reader.schemas();
   summary.channels = reader.channels();
   summary.statistics.schema_count = static_cast<std::uint16_t>(summary.schemas.size());

@@ -181,7 +181,7 @@ class Builder {
   /// Afterwards: compares the balls of each link with its geometry.
   void compare(CoveredArm& covered) {
     for (LinkBalls& link : covered.links) {
-      const auto& solids = geometry_of(link.link).solids;
+      const auto& solids = solids_of(link.link);
       if (!solids.empty()) link.over = robot::over_coverage(solids, link.balls);
     }
   }
@@ -349,14 +349,12 @@ class Builder {
     return link.mimic_factor * leader->second + link.mimic_offset;
   }
 
-  const robot::LinkGeometry& geometry_of(const std::string& link) {
-    if (!geometry_) {
-      std::vector<std::string> all = order_;
-      for (const auto& [name, joint] : loose_) all.push_back(name);
-      geometry_ =
-          urdf_.empty() ? Geometry{} : robot::link_geometry(urdf_, all, entry_.chain.use_visual);
-    }
-    return (*geometry_)[link];
+  /// Empty if the link has no geometry.
+  const std::vector<robot::Solid>& solids_of(const std::string& link) {
+    if (!solids_)
+      solids_ =
+          urdf_.empty() ? Solids{} : robot::link_solids(urdf_, order_, entry_.chain.use_visual);
+    return (*solids_)[link];
   }
 
   void add(kin::ArmModel& arm, const std::string& link, const LinkPlace& where, int group,
@@ -396,7 +394,7 @@ class Builder {
         add(arm, link, where, group, false, {own});
         continue;
       }
-      const auto& solids = geometry_of(link).solids;
+      const auto& solids = solids_of(link);
       if (solids.empty())
         fail(key, "link '" + link + "' has no collision geometry that balls could be fitted to");
       if (ball.fitted_m < kLeastFit_m) fail(key, "fitted_m, expected 0.001 .. 1");
@@ -410,7 +408,7 @@ class Builder {
     if (!arm.groups.empty())
       fail("groups", "without balls each link is a group of its name, expected no groups");
     for (const std::string& link : order_) {
-      const auto& solids = geometry_of(link).solids;
+      const auto& solids = solids_of(link);
       if (solids.empty()) continue;
       arm.groups.push_back(link);
       add(arm, link, links_.at(link), static_cast<int>(arm.groups.size()) - 1, true,
@@ -453,37 +451,43 @@ class Builder {
     }
   }
 
-  /// What moves and is checked against nothing would be proven by silence.
+  /// What moves and is checked against nothing would be proven by silence. Arms without any balls
+  /// are for drives: load_checked_arm refuses them.
   void require_checks(kin::ArmModel& arm) {
+    if (arm.balls.empty()) return;
     if (arm.env_groups.empty())
       fail("obstacle_groups", "there is none: no part is checked against obstacles, expected some");
     const auto ends = std::ranges::minmax(arm.balls, {}, &kin::SafetyBall::frame);
-    const bool folds = ends.max.frame - ends.min.frame > 1;
-    if (arm.self_pairs.empty() && folds && out_.touching_at_home.empty())
+    if (arm.self_pairs.empty() && out_.touching_at_home.empty() &&
+        ends.max.frame - ends.min.frame > 1)
       fail("self_pairs", "there is none: no part is checked against another, expected some");
+    if (!urdf_.empty()) require_shapes(arm);
+  }
+
+  void require_shapes(kin::ArmModel& arm) {
     const std::vector<std::string>& excused = entry_.chain.without_geometry;
     for (const std::string& name : excused) {
       if (!links_.contains(name) && !loose_.contains(name))
         fail("chain.without_geometry", "no link '" + name + "' that the chain moves");
     }
-    if (urdf_.empty()) return;
     const robot::RobotTree tree = robot::read_urdf(urdf_);
+    const auto parts = robot::link_parts(urdf_);
     const auto require = [&](const std::string& link, const std::string& joint) {
-      const robot::LinkGeometry& geometry = geometry_of(link);
+      const robot::LinkParts& has = parts.at(link);
       const bool massive = tree.link(tree.require_link(link)).inertia.mass_kg > 0.0;
-      if (geometry.solids.empty() && !geometry.seen && !massive) return;  // a frame
+      if (!has.collision && !has.visual && !massive) return;  // a frame
       if (std::ranges::count(excused, link) > 0) return arm.unchecked.push_back(link);
       const std::string name = "link '" + link + "' ";
       const std::string excuse = "its name in without_geometry";
       if (!joint.empty())
-        fail("chain", name + "moves on joint '" + joint + "' beside the chain, expected " +
-                          "{joint: " + joint + ", at: ...} in fixed, or " + excuse);
-      if (!geometry.solids.empty())
+        fail("chain", name + "moves on joint '" + joint + "' beside the chain, expected {joint: " +
+                          joint + ", at: ...} in fixed, or " + excuse);
+      if (has.collision)
         fail("balls", "none is on " + name + "though it has geometry, expected some, or " + excuse);
       fail("chain", name + "moves, and has " +
-                        (geometry.seen ? "visual, but no collision geometry: expected use_visual: "
-                                         "true, balls on it, or "
-                                       : "mass, but no geometry: expected balls on it, or ") +
+                        (has.visual ? "visual, but no collision geometry: expected use_visual: "
+                                      "true, balls on it, or "
+                                    : "mass, but no geometry: expected balls on it, or ") +
                         excuse);
     };
     for (const std::string& link : order_) {
@@ -493,7 +497,7 @@ class Builder {
     for (const auto& [link, joint] : loose_) require(link, joint);
   }
 
-  using Geometry = std::map<std::string, robot::LinkGeometry>;
+  using Solids = std::map<std::string, std::vector<robot::Solid>>;
 
   const std::string& file_;
   const ArmFile& entry_;
@@ -502,7 +506,7 @@ class Builder {
   std::map<std::string, LinkPlace> links_;    // that the frames carry
   std::vector<std::string> order_;            // of them: from base to tip, then the branches
   std::map<std::string, std::string> loose_;  // links that a joint beside the chain moves; which
-  std::optional<Geometry> geometry_;          // once asked for
+  std::optional<Solids> solids_;              // once asked for
 };
 
 /// `use`: what is done with the builder and what it has built.
@@ -522,6 +526,13 @@ CoveredArm build_arm(const std::string& file, const Use& use) {
 
 kin::ArmModel load_arm(const std::string& file) {
   return build_arm(file, [](Builder&, CoveredArm&) {}).arm;
+}
+
+kin::ArmModel load_checked_arm(const std::string& file) {
+  kin::ArmModel arm = load_arm(file);
+  if (arm.balls.empty())
+    throw ConfigError(file + ": balls: there is none, expected some on every part that moves");
+  return arm;
 }
 
 CoveredArm load_covered_arm(const std::string& file) {

@@ -12,6 +12,8 @@ namespace mimesis::model {
 /// Reads an arm (models/lwr4.yaml). @throws ConfigError "file:line:col: ..." (see
 /// runtime::load_params).
 kin::ArmModel load_arm(const std::string& file);
+/// The same for who judges collisions: an arm without safety balls is refused, too.
+kin::ArmModel load_checked_arm(const std::string& file);
 
 /// Reads a biped (models/biped.yaml). Its `urdf` is a path from the file's folder, or
 /// "shared:data/robots/NAME.urdf" for a robot that the repository may not carry

@@ -106,32 +106,38 @@ Solid solid_of(const urdf::Pose& origin, const urdf::Geometry* geometry,
 
 }  // namespace
 
-std::map<std::string, LinkGeometry> link_geometry(const std::string& urdf_file,
-                                                  const std::vector<std::string>& links,
-                                                  bool use_visual) {
+std::map<std::string, LinkParts> link_parts(const std::string& urdf_file) {
   const auto model = parse_urdf(urdf_file);
-  std::map<std::string, LinkGeometry> found;
+  std::map<std::string, LinkParts> found;
+  for (const auto& [name, link] : model->links_)
+    found[name] = {!link->collision_array.empty(), !link->visual_array.empty()};
+  return found;
+}
+
+std::map<std::string, std::vector<Solid>> link_solids(const std::string& urdf_file,
+                                                      const std::vector<std::string>& links,
+                                                      bool use_visual) {
+  const auto model = parse_urdf(urdf_file);
+  std::map<std::string, std::vector<Solid>> solids;
   for (const std::string& name : links) {
     const auto link = model->getLink(name);
     if (link == nullptr) continue;
-    LinkGeometry& out = found[name];
-    out.seen = !link->visual_array.empty();
     const auto add = [&](const auto& parts) {
       for (const auto& part : parts) {
         if (!part || !part->geometry) throw ConfigError("it has no shape, expected a geometry");
-        out.solids.push_back(solid_of(part->origin, part->geometry.get(), urdf_file));
+        solids[name].push_back(solid_of(part->origin, part->geometry.get(), urdf_file));
       }
     };
     try {
       add(link->collision_array);
-      if (out.solids.empty() && use_visual) add(link->visual_array);
+      if (link->collision_array.empty() && use_visual) add(link->visual_array);
     } catch (const ConfigError& e) {
       std::string what = urdf_file + ": link '" + name + "': " + e.what();
       for (char& c : what) c = c == '\n' || c == '\r' ? ' ' : c;
       throw ConfigError(what);
     }
   }
-  return found;
+  return solids;
 }
 
 }  // namespace mimesis::robot

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <regex>
 
 #include "common/error.h"
 #include "common/robot/robot_tree.h"
@@ -57,6 +58,9 @@ std::string read_text(const std::string& file) {
 
 urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
   const std::string text = read_text(file);
+  // What a macro stands for would be missing; a property that is left over says nothing.
+  if (std::regex_search(text, std::regex(R"(<xacro:(?!property)|\$\{)")))
+    throw ConfigError(file + ": is xacro, expected the URDF that `xacro FILE` prints");
   const Errors errors;
   urdf::ModelInterfaceSharedPtr model;
   std::string why;

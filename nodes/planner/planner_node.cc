@@ -169,7 +169,7 @@ const T* pointer(const std::optional<T>& value) {
 
 PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
-      arm_(model::load_arm(params.robot)),
+      arm_(model::load_checked_arm(params.robot)),
       settings_(task_settings(params)),
       sequence_(sequence_settings(params, arm_)),
       job_(bus, arm_, settings_),

@@ -46,9 +46,8 @@ class KilledNode : public ::testing::TestWithParam<const char*> {
 
 TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
   const std::string victim = GetParam();
-  // A quick teacher: most of the time is that of cameras and vision.
-  Scenario run("imitation", victim == "camera" ? std::vector<std::string>{"--set", "camera.duration_s=3"}
-                                 : played("precision_above_high"));
+  Scenario run("imitation",
+               victim == "camera" ? std::vector<std::string>{} : played("precision_above_high"));
   ASSERT_TRUE(wait_executing(run)) << run.process().errors();
   const auto before = pids(run);
   ASSERT_TRUE(before.contains(victim));
@@ -103,8 +102,8 @@ TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Nodes, KilledNode,
-                         ::testing::Values("camera", "cognition", "planner", "bridge",
-                                           "sim_drives", "sim_hand", "world", "clock"),
+                         ::testing::Values("camera", "cognition", "planner", "bridge", "sim_drives",
+                                           "sim_hand", "world", "clock"),
                          [](const auto& node) { return std::string(node.param); });
 
 TEST(KilledLauncher, LeavesNothingBehind) {

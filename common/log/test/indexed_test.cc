@@ -4,6 +4,7 @@
 
 #include "common/log/indexed_reader.h"
 #include "common/log/test/sample_log.h"
+#include "common/log/wire.h"
 
 namespace mimesis::log {
 namespace {
@@ -101,6 +102,74 @@ TEST(Summary, RefusesWhatIsNoLog) {
     EXPECT_EQ(summary.error().reason,
               "not an MCAP log: the file does not start as an MCAP log does");
   }
+}
+
+/// Bytes of a record.
+template <class... Fields>
+std::string record_of(Opcode opcode, const Fields&... fields) {
+  std::string out;
+  {
+    const RecordFrame frame(out, static_cast<char>(opcode));
+    (put(out, fields), ...);
+  }
+  return out;
+}
+
+/// A chunk that defines channel 1 as `topic` and holds one message of it.
+std::string chunk_of(const std::string& topic, std::uint64_t time) {
+  using Pairs = std::map<std::string, std::string>;
+  const std::string message =
+      record_of(Opcode::message, std::uint16_t{1}, std::uint32_t{0}, time, time);
+  const std::string inside = record_of(Opcode::channel, std::uint16_t{1}, std::uint16_t{0}, topic,
+                                       std::string("raw"), Pairs{}) +
+                             message;
+  std::string out;
+  {
+    const RecordFrame frame(out, static_cast<char>(Opcode::chunk));
+    for (const std::uint64_t n : {time, time, std::uint64_t{inside.size()}}) put(out, n);
+    put(out, std::uint32_t{0});
+    put(out, std::string());
+    put(out, std::uint64_t{inside.size()});
+    out += inside;
+  }
+  return out;
+}
+
+/// A message never goes by a topic that is not its own.
+TEST(Indexed, AnIdThatIsTwoChannelsIsRefusedNotGuessed) {
+  const std::string first = chunk_of("/a", 1), second = chunk_of("/b", 2);
+  const std::string head =
+      std::string(kMagic) + record_of(Opcode::header, std::string(), std::string());
+  const std::string file =
+      head + first + second + record_of(Opcode::data_end, std::uint32_t{0}) +
+      record_of(Opcode::footer, std::uint64_t{0}, std::uint64_t{0}, std::uint32_t{0}) +
+      std::string(kMagic);
+  const MemorySource source(file);
+  const auto refused = summarize(source);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(
+      refused.error().reason,
+      "byte " + std::to_string(head.size() + first.size()) +
+          ": id 1 is defined a second time, differently: `mimesis log recover` takes both apart");
+
+  Summary summary;  // as if the file's own named the second one alone
+  summary.channels[1] = {1, 0, "/b", "raw", {}};
+  for (const auto& [offset, chunk, time] :
+       {std::tuple(head.size(), first, 1U), std::tuple(head.size() + first.size(), second, 2U)}) {
+    Segment& segment = summary.segments.emplace_back();
+    segment.index.chunk_start_offset = offset;
+    segment.index.chunk_length = chunk.size();
+    segment.index.message_start_time = segment.index.message_end_time = time;
+  }
+  IndexedReader reader(source, summary);
+  const Message* message = reader.next();
+  ASSERT_NE(message, nullptr);
+  EXPECT_EQ(message->log_time, 2U);
+  EXPECT_EQ(reader.next(), nullptr);
+  ASSERT_EQ(reader.damages().size(), 1U);
+  EXPECT_NE(reader.damages()[0].what.find("channel 1 is '/a' in it, '/b' in the summary"),
+            std::string::npos)
+      << reader.damages()[0].what;
 }
 
 }  // namespace

@@ -118,6 +118,16 @@ TEST(RobotTree, RefusesALinkOfWhichAPartCannotBeRead) {
   }
 }
 
+TEST(RobotTree, NamesXacro) {
+  for (const char* part : {"<xacro:include filename='arm.xacro'/>", "<xacro:arm parent='base'/>",
+                           "<link name='${prefix}base'/>"}) {
+    std::string urdf = kSmallRobot;
+    urdf.replace(urdf.find("</robot>"), 0, part);
+    const std::string why = testing::refusal([&] { read_urdf(write_urdf(urdf)); });
+    EXPECT_NE(why.find("is xacro, expected the URDF that"), std::string::npos) << part << why;
+  }
+}
+
 TEST(RobotTree, RefusesLinksOutOfOrder) {
   Link root, child;
   root.name = "root";

@@ -228,7 +228,7 @@ void write_scene(const std::string& file, const kin::ArmModel& arm, const kin::T
 }
 
 int plan_and_print(const PlanOptions& o) {
-  const kin::ArmModel arm = model::load_arm(o.robot);
+  const kin::ArmModel arm = model::load_checked_arm(o.robot);
   const kin::Table table = model::load_scene(o.scene);
   const Eigen::VectorXd start = o.start.empty() ? arm.home : posture(arm, "--start", o.start);
   if (o.goals.empty() + o.hand_m.empty() + o.task.empty() != 2)

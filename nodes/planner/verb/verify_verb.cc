@@ -24,7 +24,7 @@ struct VerifyOptions {
 
 int verify(const VerifyOptions& o) {
   const PlanFile plan = load_plan(o.file);
-  const kin::ArmModel arm = model::load_arm(o.robot.empty() ? plan.robot : o.robot);
+  const kin::ArmModel arm = model::load_checked_arm(o.robot.empty() ? plan.robot : o.robot);
   PlanVerdict verdict;
   try {
     verdict = verify_plan(plan, arm);

@@ -65,8 +65,8 @@ class Judge {
       : tree_(robot::read_urdf(urdf)), kinematics_(tree_), covered_(covered) {
     std::vector<std::string> names;
     for (const auto& link : covered.links) names.push_back(link.link);
-    for (const auto& [name, geometry] : robot::link_geometry(urdf, names)) {
-      for (const robot::Solid& solid : geometry.solids)
+    for (const auto& [name, solids] : robot::link_solids(urdf, names)) {
+      for (const robot::Solid& solid : solids)
         parts_.push_back({group_of(name), tree_.find_link(name), solid.X_LS, shape_of(solid)});
     }
   }

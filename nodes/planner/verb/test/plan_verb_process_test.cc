@@ -313,6 +313,17 @@ chain:
   tip: R_WRIST_Y_S
   a_max_rad_s2: [10, 10, 10, 10, 10, 10, 10]
   home_rad: [0, 0, 0, -1.2, 0, 0, 0]
+  fixed: [
+    {joint: L_SHOULDER_P, at: 0}, {joint: L_SHOULDER_R, at: 0}, {joint: L_SHOULDER_Y, at: 0},
+    {joint: L_ELBOW_P, at: 0}, {joint: L_ELBOW_Y, at: 0}, {joint: L_WRIST_R, at: 0},
+    {joint: L_WRIST_Y, at: 0}, {joint: L_UINDEX, at: 0}, {joint: L_LINDEX, at: 0},
+    {joint: L_ULITTLE, at: 0}, {joint: L_LLITTLE, at: 0}, {joint: L_UTHUMB, at: 0},
+    {joint: NECK_Y, at: 0}, {joint: NECK_R, at: 0}, {joint: NECK_P, at: 0},
+    {joint: R_UINDEX, at: 0}, {joint: R_LINDEX, at: 0}, {joint: R_ULITTLE, at: 0},
+    {joint: R_LLITTLE, at: 0}, {joint: R_UTHUMB, at: 0}
+  ]
+  without_geometry: [R_SHOULDER_P_S, R_SHOULDER_R_S, R_UINDEX_S, R_LINDEX_S, R_ULITTLE_S,
+    R_LLITTLE_S, R_UTHUMB_S, R_LTHUMB_S]
 groups: [trunk, upper, fore, hand]
 obstacle_groups: [upper, fore, hand]
 self_pairs: [{a: trunk, b: fore}, {a: trunk, b: hand}]
@@ -335,8 +346,12 @@ TEST(PlanVerb, TakesAnArmFromAPublishedUrdf) {
                         "--hand", "0.35", "-0.25", "0.65", "-o", plan, "--json"});
   ASSERT_EQ(made.code, 0) << made.errors;
   EXPECT_GT(json::parse(made.output)["path_rad"].size(), 2u) << "the shelf is in the way";
-  const Ran proven = run({"verify", plan});
-  EXPECT_EQ(proven.code, 0) << proven.output << proven.errors;
+  const Ran judged = run({"verify", plan});
+  EXPECT_EQ(judged.code, 1) << judged.output << judged.errors;
+  EXPECT_NE(judged.output.find("link R_UTHUMB_S has no known shape: nothing of it is checked"),
+            std::string::npos)
+      << judged.output;
+  EXPECT_EQ(std::ranges::count(judged.output, '\n'), 9) << "its eight gaps: " << judged.output;
 }
 
 /// Two links on a rail along x, turned into the plane of the planar scene.
