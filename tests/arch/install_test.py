@@ -239,9 +239,10 @@ class Install(unittest.TestCase):
     def test_own_message(self):
         folder = self.examples / "own_message"
         self.assertRegex(self.do("mimesis", "launch", folder / "brightness.yaml"), r'"mean":148\.')
-        run("protoc", f"--proto_path={folder}", f"--proto_path={self.prefix}/share/mimesis", f"--python_out={folder}", "msg/brightness.proto")
+        run("protoc", f"--proto_path={folder}", f"--proto_path={self.prefix}/share/mimesis", f"--python_out={folder}", "msg/brightness.proto",
+            "proto/header.proto")
         with self.started("mimesis_camera"), self.started(PYTHON, folder / "brightness.py"):
-            self.wait_for(r"148\.", lambda: self.do("mimesis", "topic", "echo", "brightness/mean", "--once", "--field", "mean"))
+            self.wait_for(r"148\.", lambda: self.do("mimesis", "topic", "echo", "brightness/mean", "--once", "--timeout", "20", "--field", "mean"))
 
     def test_log_reader(self):
         log = self.work / "run.mcap"

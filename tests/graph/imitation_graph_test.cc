@@ -101,8 +101,8 @@ TEST(ImitationGraph, RunsAreEqualEvenSideBySideAndAsThoseOfTheRobotAndOfALog) {
   expect_placed(expected, "precision", "above", "high");
   expect_as_in_readme(expected);
   EXPECT_EQ(without_times(expected), without_times(b.result()));
-  for (const char* topic : {"vision/observation", "cognition/decision", "planner/trajectory",
-                            "bridge/joint_states", "sim_drives/joint_states", "world/state"}) {
+  for (const char* topic : {"cognition/decision", "planner/trajectory", "bridge/joint_states",
+                            "sim_drives/joint_states", "world/state"}) {
     const auto of_a = until_verdict(a, topic);
     EXPECT_GE(of_a.size(), 6u) << topic;
     EXPECT_TRUE(of_a == until_verdict(b, topic)) << topic << " differs";

@@ -1,7 +1,8 @@
 """The node in Python: takes images, publishes how bright they are."""
 import mimesis
 
-from msg.brightness_pb2 import Brightness  # protoc -I. -I/usr/share/mimesis --python_out=. msg/brightness.proto
+# protoc -I. -I/usr/share/mimesis --python_out=. msg/brightness.proto proto/header.proto
+from msg.brightness_pb2 import Brightness
 
 with mimesis.Graph("brightness") as graph:
     mean = graph.publish("brightness/mean", Brightness)
