@@ -182,9 +182,9 @@ tl::expected<Summary, Status> summarize(const Source& source, const ReaderLimits
 }
 
 std::optional<Damage> check_data_sum(const Source& source, const Summary& summary) {
-  constexpr std::uint64_t kDataEnd = kRecordHead + sizeof(std::uint32_t), kPart = 256 * 1024;
-  const std::uint64_t end = summary.start - std::min(summary.start, kDataEnd);
-  const auto record = read_all(source, end, kDataEnd);
+  constexpr std::uint64_t kEndRecord = kRecordHead + sizeof(std::uint32_t), kAtOnce = 256 * 1024;
+  const std::uint64_t end = summary.start - std::min(summary.start, kEndRecord);
+  const auto record = read_all(source, end, kEndRecord);
   Decoder d(record ? std::string_view(*record) : std::string_view());
   DataEnd says;
   if (d.integer<Opcode>() != Opcode::data_end || !decode(d.raw(d.integer<std::uint64_t>()), says) ||
@@ -195,7 +195,7 @@ std::optional<Damage> check_data_sum(const Source& source, const Summary& summar
   Window window(source);
   std::uint32_t crc = 0;
   for (std::uint64_t at = 0; at < end;) {
-    const auto part = window.view(at, static_cast<std::size_t>(std::min(end - at, kPart)));
+    const auto part = window.view(at, static_cast<std::size_t>(std::min(end - at, kAtOnce)));
     if (!part || part->empty()) {
       return Damage{at, part ? "the file became shorter while it was read" : part.error().reason};
     }

@@ -13,11 +13,11 @@ struct RandomScene {
   std::array<image::Camera, 2> cameras;  ///< left, right
 };
 
-/// Draws a scene from ranges around `usual`, whose demonstration it keeps: places and sizes of all things,
-/// their colours, heights of bar and stands, table top, lamp, light, noise, blur; side, size,
-/// tilt, skin and sleeve of the teacher's hand; clutter, some of it like skin, and a rod that is
-/// carried past before the scene; places, directions and lenses of the cameras. The same seed gives
-/// the same scene.
+/// Draws a scene from ranges around `usual`, whose demonstration it keeps: places and sizes of all
+/// things, their colours, heights of bar and stands, table top, lamp, light, noise, blur; side,
+/// size, tilt, skin and sleeve of the teacher's hand; clutter, some of it like skin, and a rod that
+/// is carried past before the scene; places, directions and lenses of the cameras. The same seed
+/// gives the same scene.
 RandomScene random_scene(const Picture& usual, std::uint64_t seed);
 
 /// Two cameras around a view, as people set them up: places, directions and lenses drawn. Whoever

@@ -61,7 +61,8 @@ struct Picture {
 /// Draws the teacher at his table: a pure function of (picture, time).
 class Renderer {
  public:
-  /// @throws ConfigError if the demonstration cannot be shown on this table or the view is impossible.
+  /// @throws ConfigError if the demonstration cannot be shown on this table or the view is
+  /// impossible.
   explicit Renderer(const Picture& picture) : Renderer(picture, picture.view, 0) {}
   /// The same seen by another eye, which has noise of its own. @param eye 0, 1, ...
   Renderer(const Picture& picture, const image::Camera& camera, int eye);

@@ -49,7 +49,8 @@ class Chain : public ::testing::Test {
     std::ofstream out(folder_ / "arm.yaml");
     out << "name: arm\nbase_m: [0.1, -0.2, 0.3]\nbase_rpy_rad: [0.3, -0.4, 0.5]\n"
         << "tool_m: [0.01, 0.02, 0.03]\ntool_rpy_rad: [0.5, 0.1, -0.2]\n"
-        << "groups: [all]\nobstacle_groups: [all]\nself_pairs: [{a: all, b: all}]\nchain: {urdf: arm.urdf, base: l0, tip: l"
+        << "groups: [all]\nobstacle_groups: [all]\nself_pairs: [{a: all, b: all}]\nchain: {urdf: "
+           "arm.urdf, base: l0, tip: l"
         << links << ", a_max_rad_s2: [";
     for (int i = 0; i < turning; ++i) out << (i > 0 ? ", 4" : "4");
     out << "]}\nballs:\n";

@@ -210,8 +210,8 @@ class CollisionMonitor {
   kin::ArmModel arm_;
   kin::Table table_;
   int object_, bar_, first_box_;  // numbers of the bodies after the arm's groups
-  int hand_ = -1;                    // the group that the last link carries
-  std::vector<Part> parts_;          // arm, then the held object
+  int hand_ = -1;                 // the group that the last link carries
+  std::vector<Part> parts_;       // arm, then the held object
   Eigen::Matrix3Xd centers_;
   std::map<std::pair<int, int>, Overlap> now_;  // deepest overlap or nearest miss of two bodies
   std::map<std::pair<int, int>, bool> touching_;

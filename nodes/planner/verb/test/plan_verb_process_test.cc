@@ -427,8 +427,7 @@ TEST(PlanVerb, ShowsBallsAndTheirOverCoverage) {
   EXPECT_NEAR(link["solid_m3"].get<double>(), 0.4 * M_PI * 0.05 * 0.05, 5e-5);
   EXPECT_EQ(link["bare_m3"], 0.0);
   const Ran yaml = run({"arm", rod, "--yaml"});
-  const kin::ArmModel by_hand =
-      model::load_arm(written("by_hand.yaml", chain + yaml.output));
+  const kin::ArmModel by_hand = model::load_arm(written("by_hand.yaml", chain + yaml.output));
   EXPECT_EQ(by_hand.balls.size(), link["balls"]);
   EXPECT_EQ(by_hand.env_groups, model::load_arm(rod).env_groups);
   EXPECT_EQ(run({"arm", written("none.yaml", "name: none\n")}).code, 2);
