@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
-#include <regex>
+#include <string_view>
 
 #include "common/error.h"
 #include "common/robot/robot_tree.h"
@@ -56,10 +56,31 @@ std::string read_text(const std::string& file) {
 
 }  // namespace
 
+namespace {
+
+/// Whether there are macros outside of comments: what they stand for would be missing. A property
+/// that is left over says nothing.
+bool is_xacro(const std::string& text) {
+  const auto until = [&](const char* what, std::size_t from) {
+    return std::min(text.find(what, from), text.size());
+  };
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t comment = until("<!--", at);
+    const std::string_view part = std::string_view(text).substr(at, comment - at);
+    if (part.find("${") != part.npos) return true;
+    for (std::size_t tag = 0; (tag = part.find("<xacro:", tag)) != part.npos; ++tag)
+      if (!part.substr(tag).starts_with("<xacro:property")) return true;
+    at = until("-->", comment);
+    if (at < text.size()) at += 3;
+  }
+  return false;
+}
+
+}  // namespace
+
 urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
   const std::string text = read_text(file);
-  // What a macro stands for would be missing; a property that is left over says nothing.
-  if (std::regex_search(text, std::regex(R"(<xacro:(?!property)|\$\{)")))
+  if (is_xacro(text))
     throw ConfigError(file + ": is xacro, expected the URDF that `xacro FILE` prints");
   const Errors errors;
   urdf::ModelInterfaceSharedPtr model;

@@ -125,6 +125,9 @@ TEST(RobotTree, NamesXacro) {
     urdf.replace(urdf.find("</robot>"), 0, part);
     const std::string why = testing::refusal([&] { read_urdf(write_urdf(urdf)); });
     EXPECT_NE(why.find("is xacro, expected the URDF that"), std::string::npos) << part << why;
+    urdf = kSmallRobot;
+    urdf.replace(urdf.find("</robot>"), 0, "<!-- " + std::string(part) + " -->");
+    EXPECT_EQ(testing::refusal([&] { read_urdf(write_urdf(urdf)); }), "") << "a comment";
   }
 }
 
