@@ -105,7 +105,7 @@ class EmbeddedBus final : public Bus {
     if (socket_ < 0) fail("cannot open a socket");
     // The last of another group of participants may remove the folder at any time.
     for (int left = kTries; !enter(address); --left) {
-      if (errno != ENOENT || left == 0) fail("cannot bind " + path_);
+      if (left == 0) fail("cannot bind " + path_);
     }
   }
 
@@ -157,13 +157,18 @@ class EmbeddedBus final : public Bus {
  private:
   static constexpr int kTries = 100;
 
-  /// Makes and joins the folder; false with errno if that fails.
+  /// Makes and joins the folder; false if somebody removed it meanwhile.
   bool enter(const sockaddr_un& address) {
     std::error_code error;
     fs::create_directories(folder_, error);
-    if (error) throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
+    // file_exists: it was removed between mkdir and a look at what is there.
+    if (error && error != std::errc::file_exists)
+      throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
     unlink(path_.c_str());  // socket of a dead process that had our number
-    return bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+    if (bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0)
+      return true;
+    if (errno != ENOENT) fail("cannot bind " + path_);
+    return false;
   }
 
   /// Reads the folder by hand: in a cycle nothing allocates, not even when somebody joins.
