@@ -39,8 +39,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   endforeach()
 endif()
 
-# One target a launch file: scenario-NAME builds the programs that launch/NAME.yaml and what it includes name in `exec:`, the verbs they give
-# `mimesis` to run, and nothing else. Programs that are not built here (DART is absent) are left to the launcher to miss.
+# One target a launch file: scenario-NAME builds the programs that launch/NAME.yaml and what it includes name in `exec:`, the verbs in the
+# `args:` right after `exec: mimesis`, and nothing else (a node that the demo does not start has its `if:` between the two).
+# Programs that are not built here (DART is absent) are left to the launcher to miss.
 function(mimesis_scenarios)
   file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/launch/*.yaml)
   foreach(file ${files})
@@ -53,10 +54,11 @@ function(mimesis_scenarios)
       file(READ ${part} more)
       string(APPEND text "${more}")
     endforeach()
+    string(REGEX REPLACE "#[^\n]*" "" text "${text}")
     string(REGEX MATCHALL "exec: *mimesis[a-z_]*" programs "${text}")
-    string(REGEX MATCHALL "args: *\\[ *[a-z]+(, *[a-z]+)?" verbs "${text}")
+    string(REGEX MATCHALL "exec: *mimesis[ \n]+args:[ \n]*\\[ *[a-z]+(, *[a-z]+)?" verbs "${text}")
     list(TRANSFORM programs REPLACE "exec: *" "")
-    list(TRANSFORM verbs REPLACE "args: *\\[ *" "mimesis-")
+    list(TRANSFORM verbs REPLACE "^.*args:[ \n]*\\[ *" "mimesis-")
     list(TRANSFORM verbs REPLACE ", *" "-")
     foreach(verb ${verbs})
       if(NOT TARGET ${verb})
