@@ -14,7 +14,8 @@ struct DhLink {
   double d = 0.0;       ///< [m]
   double offset = 0.0;  ///< [rad]
   bool modified = false;
-  bool slides = false;  ///< prismatic: T has Rz(offset) and Tz(d + q), q [m]
+  bool slides = false;   ///< prismatic: T has Rz(offset) and Tz(d + q), q [m]
+  bool endless = false;  ///< continuous: q and q + 2π are one place
 
   /// The parts of T before and after what q moves: Rz(q + offset), or Tz(q).
   Eigen::Isometry3d before_joint() const;
@@ -37,7 +38,7 @@ struct ArmModel {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< base in the world
   Eigen::Isometry3d X_LE = Eigen::Isometry3d::Identity();  ///< end effector (grasp centre, z =
                                                            ///< approach) in the last link
-  Eigen::VectorXd q_min, q_max;                            ///< n [rad]
+  Eigen::VectorXd q_min, q_max;                            ///< n [rad]; of endless joints ∓2π
   Eigen::VectorXd v_max;                                   ///< n [rad/s]
   Eigen::VectorXd a_max;                                   ///< n [rad/s²]
   Eigen::VectorXd j_max;                                   ///< n [rad/s³]; empty: no limit

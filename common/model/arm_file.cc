@@ -259,9 +259,9 @@ class Builder {
     }
     add_branches(tree);
     if (axes.empty()) fail("chain", "no joint moves");
-    set_limits(arm, moved);
     const kin::DhRows rows = kin::dh_rows(axes);
     arm.links = rows.links;
+    set_limits(arm, moved);
     arm.X_WB = arm.X_WB * rows.frames.front();
     arm.X_LE = rows.frames.back().inverse() * X_BL * arm.X_LE;
     for (auto& [name, place] : links_)
@@ -269,7 +269,6 @@ class Builder {
   }
 
   void set_limits(kin::ArmModel& arm, const std::vector<const robot::Link*>& moved) const {
-    constexpr double kWholeTurn = 6.28;
     const ChainEntry& chain = entry_.chain;
     const auto n = static_cast<Eigen::Index>(moved.size());
     if (std::ssize(chain.a_max_rad_s2) != n) {
@@ -287,14 +286,20 @@ class Builder {
       v->setZero(n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const robot::Link& link = *moved[static_cast<std::size_t>(i)];
-      arm.q_min[i] = std::max(link.lower, -kWholeTurn);
-      arm.q_max[i] = std::min(link.upper, kWholeTurn);
+      const bool turns = link.type == robot::JointType::revolute;
+      const double most = turns ? 2.0 * M_PI : std::numeric_limits<double>::infinity();
+      arm.links[static_cast<std::size_t>(i)].endless =
+          turns && std::isinf(link.lower) && std::isinf(link.upper);
+      arm.q_min[i] = std::max(link.lower, -most);
+      arm.q_max[i] = std::min(link.upper, most);
       arm.v_max[i] = link.max_speed;
       if (!link.mimics.empty())
         fail("chain", "joint '" + link.joint + "' mimics '" + link.mimics +
                           "', expected joints that move by themselves");
-      if (!(link.max_speed > 0.0) || std::isinf(link.max_speed) || arm.q_min[i] >= arm.q_max[i])
-        fail("chain", "joint '" + link.joint + "' has no limits of angle and velocity");
+      if (!(link.max_speed > 0.0) || std::isinf(link.max_speed))
+        fail("chain", "joint '" + link.joint + "' has no limit of velocity");
+      if (!(arm.q_min[i] < arm.q_max[i]) || std::isinf(arm.q_max[i] - arm.q_min[i]))
+        fail("chain", "joint '" + link.joint + "' has no range between its limits");
       arm.a_max[i] = chain.a_max_rad_s2[static_cast<std::size_t>(i)];
       if (!chain.home_rad.empty()) arm.home[i] = chain.home_rad[static_cast<std::size_t>(i)];
       if (arm.home[i] < arm.q_min[i] || arm.home[i] > arm.q_max[i])

@@ -283,9 +283,10 @@ void Link<Real>::learn(std::span<const Real> target_rate, std::span<const Real> 
                        Real eta, Real fraction, Above above) {
   MIMESIS_ASSERT(fraction >= 0 && fraction <= 1 && !low_rank_);
   if (fraction == 0) return;
+  const Span active = active_span(target_rate, above.target);
   for (std::size_t y = 0; y < sources_; ++y) {
     if (source_rate[y] < above.source) continue;
-    widen(target_rate, y, above.target);
+    widen(y, active);
     const auto [first, last] = spans_[y];
     Real* __restrict column = weights_.data() + y * targets_;
     const Real* __restrict target = target_rate.data();
@@ -333,9 +334,10 @@ void Link<Real>::install(std::span<const Real> target_rate, std::span<const Real
     pairs_.push_back({{target_rate, eta, above.target}, {source_rate, Real(1), above.source}});
     return;
   }
+  const Span active = active_span(target_rate, above.target);
   for (std::size_t y = 0; y < sources_; ++y) {
     if (source_rate[y] < above.source) continue;
-    widen(target_rate, y, above.target);
+    widen(y, active);
     for (std::size_t x = 0; x < targets_; ++x) {
       if (target_rate[x] < above.target) continue;
       weights_[y * targets_ + x] += eta * target_rate[x] * source_rate[y];
@@ -359,13 +361,19 @@ void Link<Real>::set_weight(std::size_t x, std::size_t y, Real weight) {
 }
 
 template <class Real>
-void Link<Real>::widen(std::span<const Real> target_rate, std::size_t y, Real above) {
-  Span& span = spans_[y];
-  for (std::size_t x = 0; x < targets_; ++x) {
-    if (target_rate[x] < above) continue;
-    span.first = std::min(span.first, x);
-    span.last = std::max(span.last, x + 1);
+typename Link<Real>::Span Link<Real>::active_span(std::span<const Real> rate, Real above) {
+  Span active{rate.size(), 0};
+  for (std::size_t x = 0; x < rate.size(); ++x) {
+    if (rate[x] < above) continue;
+    active.first = std::min(active.first, x);
+    active.last = x + 1;
   }
+  return active;
+}
+
+template <class Real>
+void Link<Real>::widen(std::size_t y, Span by) {
+  spans_[y] = {std::min(spans_[y].first, by.first), std::max(spans_[y].last, by.last)};
 }
 
 template class Link<float>;

@@ -176,7 +176,8 @@ class Link {
   struct Pair {  // the factors of eq. 2.4, η in the first
     Pattern target, source;
   };
-  void widen(std::span<const Real> target_rate, std::size_t y, Real above);
+  static Span active_span(std::span<const Real> rate, Real above);
+  void widen(std::size_t y, Span by);
 
   std::size_t targets_, sources_;
   Real dy_;

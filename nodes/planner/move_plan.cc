@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace mimesis::planner {
 namespace {
 
@@ -9,6 +11,26 @@ using Way = std::vector<Eigen::VectorXd>;
 
 constexpr double kStraight_m = 0.01;  // step of straight hand motions
 constexpr int kMostLegs = 40;         // searched, with those that other postures repeat
+constexpr double kTurn = 2.0 * M_PI;
+
+/// `q`, and the same place by other turns of endless joints: the nearest to `from` on either side.
+Way turned(const kin::ArmModel& arm, const Eigen::VectorXd& q, const Eigen::VectorXd& from) {
+  Way all{q};
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    if (!arm.links[static_cast<std::size_t>(j)].endless) continue;
+    const double above = q[j] + kTurn * std::ceil((from[j] - q[j]) / kTurn);
+    Way copies;
+    for (Eigen::VectorXd& place : all) {
+      for (const double at : {above, above - kTurn}) {
+        if (at < arm.q_min[j] || at > arm.q_max[j]) continue;
+        place[j] = at;
+        copies.push_back(place);
+      }
+    }
+    all = std::move(copies);
+  }
+  return all;
+}
 
 class MovePlanner {
  public:
@@ -29,8 +51,10 @@ class MovePlanner {
       settings_.interrupt.enter(fmt::format("postures at {} were sought", what));
       Way fitting;
       for (const Place& place : last ? move.goals : std::vector{move.via[i]}) {
-        const Way some = postures(place);
-        fitting.insert(fitting.end(), some.begin(), some.end());
+        for (const Eigen::VectorXd& q : postures(place)) {
+          const Way some = turned(arm_, q, start);
+          fitting.insert(fitting.end(), some.begin(), some.end());
+        }
       }
       if (fitting.empty()) return tl::unexpected(Status{"no posture reaches " + what});
       places_.push_back({what, std::move(fitting)});
@@ -154,12 +178,43 @@ tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap
   return plan;
 }
 
+std::string beyond_limits(const kin::ArmModel& arm, const Eigen::VectorXd& q, double tolerance) {
+  for (Eigen::Index j = 0; j < q.size(); ++j) {
+    const kin::DhLink& link = arm.links[static_cast<std::size_t>(j)];
+    const double lo = arm.q_min[j], hi = arm.q_max[j];
+    const bool within = link.endless ? std::isfinite(q[j])
+                                     : q[j] >= lo - tolerance && q[j] <= hi + tolerance;
+    if (within) continue;  // NaN is in no range
+    return fmt::format("joint {} at {:g} {}, expected {:.4f} .. {:.4f}", j + 1, q[j],
+                       link.slides ? "m" : "rad", lo, hi);
+  }
+  return {};
+}
+
 tl::expected<TaskPlan, Status> plan_request(const kin::ArmModel& arm, const Roadmap& roadmap,
-                                            const PlanRequest& request,
+                                            const PlanRequest& asked,
                                             const TaskSettings& settings) {
-  if (const Task* task = std::get_if<Task>(&request.what))
-    return plan_task(arm, request.table, roadmap, request.start, *task, settings);
-  return plan_move(arm, roadmap, request, settings);
+  if (std::string why = beyond_limits(arm, asked.start, kAtLimit); !why.empty())
+    return tl::unexpected(Status{"the start: " + why});
+  PlanRequest request = asked;
+  Eigen::VectorXd turns = Eigen::VectorXd::Zero(arm.dof());
+  for (Eigen::Index j = 0; j < arm.dof(); ++j) {
+    double& q = request.start[j];
+    const bool inside = q >= arm.q_min[j] && q <= arm.q_max[j];
+    if (!inside && arm.links[static_cast<std::size_t>(j)].endless)
+      turns[j] = kTurn * std::round(q / kTurn);
+    q = std::clamp(q - turns[j], arm.q_min[j], arm.q_max[j]);
+  }
+  const Task* task = std::get_if<Task>(&request.what);
+  auto plan = task != nullptr
+                  ? plan_task(arm, request.table, roadmap, request.start, *task, settings)
+                  : plan_move(arm, roadmap, request, settings);
+  if (!plan || turns.isZero(0.0)) return plan;
+  for (PlannedMotion& motion : plan->motions) {
+    for (Eigen::MatrixXd& curve : motion.curves) curve.colwise() += turns;
+    motion.trajectory.position.colwise() += turns;
+  }
+  return plan;
 }
 
 }  // namespace mimesis::planner

@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -34,7 +35,16 @@ struct PlanRequest {
 tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap& roadmap,
                                          const PlanRequest& request, const TaskSettings& settings);
 
-/// Plans a task or a move.
+/// A start may be this far beyond a limit, as an encoder at an end stop says: it is planned from the
+/// limit [rad, m].
+inline constexpr double kAtLimit = 1e-3;
+
+/// Why no motion of the arm can start or end at `q`: "joint 2 at 3.2 rad, expected -3.1 .. 3.1";
+/// empty if one can. Endless joints may be anywhere.
+std::string beyond_limits(const kin::ArmModel& arm, const Eigen::VectorXd& q, double tolerance);
+
+/// Plans a task or a move. Endless joints go the shortest way that is free; one that starts beyond
+/// its range of ±2π is planned as if it were within, by whole turns.
 tl::expected<TaskPlan, Status> plan_request(const kin::ArmModel& arm, const Roadmap& roadmap,
                                             const PlanRequest& request,
                                             const TaskSettings& settings);

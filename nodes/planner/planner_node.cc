@@ -215,6 +215,8 @@ void PlannerNode::advance(runtime::Time now) {
   const bool awaited = sequence_.state() == TaskSequence::State::planning && !sequence_.plan();
   if (job_.running() && (waiting_request_ || !awaited)) job_.cancel();
   if (waiting_request_ && !job_.running()) {
+    const std::string why = beyond_limits(arm_, waiting_request_->start, 0.0);
+    if (!why.empty()) runtime::info("the arm starts beyond a limit: {}", why);
     job_.start(*std::exchange(waiting_request_, std::nullopt), roadmap_,
                requests_.deadline_s(sequence_.order_id()));
   }

@@ -20,15 +20,12 @@ Eigen::VectorXd vector(const google::protobuf::RepeatedField<double>& v) {
   return Eigen::VectorXd::Map(v.data(), v.size());
 }
 
-std::string fault(const kin::ArmModel& arm, const std::string& what, const Eigen::VectorXd& q) {
+std::string fault(const kin::ArmModel& arm, const std::string& what, const Eigen::VectorXd& q,
+                  double tolerance = 0.0) {
   if (q.size() != arm.dof())
     return fmt::format("{}: {} joints, expected {} ({})", what, q.size(), arm.dof(), arm.name);
-  for (Eigen::Index j = 0; j < q.size(); ++j) {
-    if (q[j] >= arm.q_min[j] && q[j] <= arm.q_max[j]) continue;  // NaN is in no range
-    return fmt::format("{}: joint {} at {:g} rad, expected {:.4f} .. {:.4f}", what, j + 1, q[j],
-                       arm.q_min[j], arm.q_max[j]);
-  }
-  return {};
+  const std::string why = beyond_limits(arm, q, tolerance);
+  return why.empty() ? why : what + ": " + why;
 }
 
 Place to_place(const v1::MotionPlace& place) {
@@ -64,7 +61,8 @@ std::string fault(const kin::ArmModel& arm, Requests::Kind kind, const v1::PlanR
   if (!(asked.deadline_s() >= 0.0 && asked.deadline_s() <= kMostDeadline_s))
     return fmt::format("deadline_s: {:g}, expected 0 .. {:g}", asked.deadline_s(), kMostDeadline_s);
   std::string why;
-  if (asked.has_start()) why = fault(arm, "start", vector(asked.start().position_rad()));
+  if (asked.has_start())
+    why = fault(arm, "start", vector(asked.start().position_rad()), kAtLimit);
   const auto check = [&](const char* what, const auto& all, const auto& part) {
     for (int i = 0; i < all.size() && why.empty(); ++i)
       why = fault(arm, fmt::format("{}[{}]", what, i), part(all[i]));

@@ -111,6 +111,24 @@ TEST_F(Chain, MovesLikeItsUrdf) {
   }
 }
 
+TEST_F(Chain, LimitsAreThoseOfTheJoints) {
+  const auto one = [this](std::string limits, const std::string& type) {
+    std::string turn = joint(1, type, "0 0 0.3", "0 0 0", "0 0 1");
+    const std::string usual = "lower='-3' upper='2.5'";
+    return load_arm(written(turn.replace(turn.find(usual), usual.size(), limits), 1, 1, ""));
+  };
+  const kin::ArmModel turning = one("", "continuous");
+  EXPECT_TRUE(turning.links[0].endless);
+  EXPECT_EQ(turning.q_max[0], 2.0 * M_PI);
+  const kin::ArmModel whole = one("lower='-6.283185' upper='6.283185'", "revolute");  // UR10
+  EXPECT_FALSE(whole.links[0].endless);
+  EXPECT_EQ(whole.q_min[0], -6.283185);
+  EXPECT_EQ(one("lower='-9' upper='100'", "revolute").q_max[0], 2.0 * M_PI);
+  EXPECT_EQ(one("lower='0' upper='12'", "prismatic").q_max[0], 12.0);  // a rail
+  const std::string none = testing::refusal([&] { one("", "revolute"); });
+  EXPECT_NE(none.find("joint 'j1' has no range between its limits"), std::string::npos) << none;
+}
+
 TEST_F(Chain, SaysWhatIsWrong) {
   const std::string turn = joint(1, "revolute", "0 0 0.3", "0 0 0", "0 0 1");
   const auto says = [](const std::string& file, const std::string& what) {

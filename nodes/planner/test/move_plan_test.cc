@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/model/files.h"
 
 namespace mimesis::planner {
@@ -107,6 +109,68 @@ TEST(MovePlan, LeavesTheObjectAndLiftsWhatItHolds) {
   const Eigen::Vector3d up = demo.hand(holding->motions[0].trajectory.position.rightCols(1));
   EXPECT_NEAR(up.z() - demo.hand(grasp).z(), demo.settings.lift_m, 1e-4);
   for (const auto& motion : holding->motions) EXPECT_EQ(motion.obstacles.held.size(), held.size());
+}
+
+/// An arm in free space of which the first and last joints turn without end.
+struct Endless : MoveDemo {
+  Endless() {
+    table = {};
+    for (const Eigen::Index j : {Eigen::Index{0}, Eigen::Index{6}}) {
+      arm.links[static_cast<std::size_t>(j)].endless = true;
+      arm.q_min[j] = -2.0 * M_PI;
+      arm.q_max[j] = 2.0 * M_PI;
+    }
+  }
+  Eigen::VectorXd at(double first, double last) const {
+    Eigen::VectorXd q = arm.home;
+    q[0] = first;
+    q[6] = last;
+    return q;
+  }
+  tl::expected<TaskPlan, Status> go(const Eigen::VectorXd& from, const Eigen::VectorXd& to) const {
+    return plan_request(arm, {}, {table, from, Move{{}, {{to}}}}, settings);
+  }
+};
+
+TEST(MovePlan, EndlessJointsGoTheShortestWay) {
+  const Endless demo;
+  const auto plan = demo.go(demo.at(3.0, -3.1), demo.at(-3.0, 3.0));
+  ASSERT_TRUE(plan) << plan.error().reason;
+  const double turn = 2.0 * M_PI;
+  EXPECT_NEAR(plan->path_length_rad, std::hypot(turn - 6.0, turn - 6.1), 1e-9);
+  EXPECT_LT((plan->motions.back().trajectory.position.rightCols(1) -
+             demo.at(turn - 3.0, 3.0 - turn))
+                .norm(),
+            1e-12);
+}
+
+TEST(MovePlan, EndlessJointsStartAnywhere) {
+  const Endless demo;
+  const double turns = 6.0 * M_PI;
+  const Eigen::VectorXd from = demo.at(turns + 0.5, 0.0);
+  const auto plan = demo.go(from, demo.at(-0.5, 0.0));
+  ASSERT_TRUE(plan) << plan.error().reason;
+  expect_sound(demo, *plan, from);
+  EXPECT_NEAR(plan->path_length_rad, 1.0, 1e-9);
+  EXPECT_NEAR(plan->motions.back().trajectory.position.rightCols(1)(0), turns - 0.5, 1e-12);
+  EXPECT_NEAR(plan->motions.front().curves.front()(0, 0), turns + 0.5, 1e-12);
+}
+
+TEST(MovePlan, StartsAtALimitThatNoisePasses) {
+  const MoveDemo demo;
+  const auto from = [&](double beyond) {
+    Eigen::VectorXd q = demo.arm.home;
+    q[6] = demo.arm.q_max[6] + beyond;
+    return plan_request(demo.arm, {}, {demo.table, q, Move{{}, {{demo.arm.home}}}}, demo.settings);
+  };
+  const auto plan = from(1e-9);
+  ASSERT_TRUE(plan) << plan.error().reason;
+  EXPECT_EQ(plan->motions.front().trajectory.position(6, 0), demo.arm.q_max[6]);
+  EXPECT_TRUE(from(0.9 * kAtLimit));
+  const auto far = from(0.1);
+  ASSERT_FALSE(far);
+  EXPECT_EQ(far.error().reason.find("the start: joint 7 at "), 0u) << far.error().reason;
+  EXPECT_FALSE(from(std::nan("")));
 }
 
 TEST(MovePlan, EndsWhenItIsToldToStop) {

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -27,7 +28,10 @@ Json json_of(const model::CoveredArm& covered) {
               {"balls", covered.arm.balls.size()},
               {"links", Json::array()},
               {"touching_at_home", covered.touching_at_home},
+              {"obstacle_groups", Json::array()},
               {"unchecked", covered.arm.unchecked}};
+  for (const int group : covered.arm.env_groups)
+    report["obstacle_groups"].push_back(covered.arm.groups[static_cast<std::size_t>(group)]);
   for (const model::LinkBalls& link : covered.links) {
     Json row{{"link", link.link},
              {"group", covered.arm.groups[static_cast<std::size_t>(link.group)]},
@@ -68,6 +72,12 @@ void print_table(const model::CoveredArm& covered) {
   fmt::print("{} balls\n", covered.arm.balls.size());
   for (const auto& [a, b] : covered.touching_at_home)
     fmt::print("not checked against each other, as their balls touch at home: {}, {}\n", a, b);
+  const auto& checked = covered.arm.env_groups;
+  for (std::size_t g = 0; g < covered.arm.groups.size(); ++g) {
+    if (std::ranges::find(checked, static_cast<int>(g)) == checked.end())
+      fmt::print("not among obstacle_groups, checked against no obstacle: {}\n",
+                 covered.arm.groups[g]);
+  }
   for (const std::string& link : covered.arm.unchecked)
     fmt::print("of no known shape, checked against nothing: {}\n", link);
 }
@@ -117,7 +127,7 @@ void add_plan(CLI::App& program, int& exit_code) {
   sub->add_option("ROBOT", o->robot, "Arm, a file as models/lwr4.yaml")->required();
   sub->add_flag("--json", o->json,
                 "One object: arm, joints, balls, links [{link, group, fitted, balls, reach_m, "
-                "solid_m3, balls_m3, bare_m3}], touching_at_home, unchecked");
+                "solid_m3, balls_m3, bare_m3}], touching_at_home, obstacle_groups, unchecked");
   sub->add_flag("--yaml", o->yaml,
                 "Balls and checks as an arm's file gives them: no more fitting then");
   sub->footer(

@@ -58,22 +58,18 @@ std::vector<double> numbers_of(const std::string& what, const std::string& text)
   return values;
 }
 
-/// A posture within the limits of the arm.
-Eigen::VectorXd posture(const kin::ArmModel& arm, const std::string& what,
-                        const std::string& text) {
+/// A posture within the limits of the arm, or beyond by `tolerance`.
+Eigen::VectorXd posture(const kin::ArmModel& arm, const std::string& what, const std::string& text,
+                        double tolerance = 0.0) {
   const std::vector<double> values = numbers_of(what, text);
   if (std::ssize(values) != arm.dof()) {
     throw ConfigError(fmt::format("{}: {} numbers, expected {}, one for each joint of {}", what,
                                   values.size(), arm.dof(), arm.name));
   }
-  for (Eigen::Index j = 0; j < arm.dof(); ++j) {
-    const double q = values[static_cast<std::size_t>(j)];
-    if (q < arm.q_min[j] || q > arm.q_max[j]) {
-      throw ConfigError(fmt::format("{}: joint {} at {:g} rad, expected {:.4f} .. {:.4f}", what, j,
-                                    q, arm.q_min[j], arm.q_max[j]));
-    }
-  }
-  return Eigen::VectorXd::Map(values.data(), arm.dof());
+  Eigen::VectorXd q = Eigen::VectorXd::Map(values.data(), arm.dof());
+  const std::string why = planner::beyond_limits(arm, q, tolerance);
+  if (!why.empty()) throw ConfigError(what + ": " + why);
+  return q;
 }
 
 planner::Task task_of(const std::vector<std::string>& words, const kin::Table& table) {
@@ -230,7 +226,8 @@ void write_scene(const std::string& file, const kin::ArmModel& arm, const kin::T
 int plan_and_print(const PlanOptions& o) {
   const kin::ArmModel arm = model::load_checked_arm(o.robot);
   const kin::Table table = model::load_scene(o.scene);
-  const Eigen::VectorXd start = o.start.empty() ? arm.home : posture(arm, "--start", o.start);
+  const Eigen::VectorXd start =
+      o.start.empty() ? arm.home : posture(arm, "--start", o.start, planner::kAtLimit);
   if (o.goals.empty() + o.hand_m.empty() + o.task.empty() != 2)
     throw ConfigError("expected one of --goal, --hand and --task");
   planner::TaskSettings settings;
@@ -244,6 +241,8 @@ int plan_and_print(const PlanOptions& o) {
   planner::PlanRequest request{table, start, move_of(o, arm)};
   if (!o.task.empty()) request.what = task_of(o.task, table);
 
+  if (const std::string why = planner::beyond_limits(arm, start, 0.0); !why.empty())
+    std::cerr << "plan: --start: " << why << "; planned from the limit\n";
   const auto begin = std::chrono::steady_clock::now();
   const auto plan = plan_asked(o, arm, request, settings);
   const double planning_s = to_seconds(std::chrono::steady_clock::now() - begin);

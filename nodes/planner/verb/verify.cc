@@ -401,7 +401,8 @@ class Verifier {
 
   void check_limits(std::size_t k, const VectorXd& q, const VectorXd& v) {
     for (Index j = 0; j < q.size(); ++j) {
-      if (q[j] < arm_.q_min[j] - kRounding || q[j] > arm_.q_max[j] + kRounding)
+      const bool endless = arm_.links[static_cast<std::size_t>(j)].endless;
+      if (!endless && (q[j] < arm_.q_min[j] - kRounding || q[j] > arm_.q_max[j] + kRounding))
         find(k, fmt::format("joint {} is at {:.4f} rad, expected {:.4f} .. {:.4f}", j, q[j],
                             arm_.q_min[j], arm_.q_max[j]));
       if (std::abs(v[j]) > arm_.v_max[j])

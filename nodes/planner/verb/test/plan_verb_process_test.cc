@@ -447,7 +447,7 @@ TEST(PlanVerb, GivesReasonsInOneLine) {
   says(planar("0.5,0", "0.92,1.42"), 1, "the start posture is in collision: ball ");
   says(planar("-0.3,-0.2", "0.5,0"), 1,
        "of the postures at the goal the only one is inhibited: ball ");
-  says(planar("-0.3,-0.2", "0.5,2.8"), 2, "--goal: joint 1 at 2.8 rad, expected -2.7053 .. 2.7053");
+  says(planar("-0.3,-0.2", "0.5,2.8"), 2, "--goal: joint 2 at 2.8 rad, expected -2.7053 .. 2.7053");
   says(planar("-0.3,-0.2", "0.5"), 2, "--goal: 1 numbers, expected 2, one for each joint");
   says(planar("nan,0", "0.5,0"), 2, "--start: expected numbers and commas, found 'nan'");
   says({"bar_table.yaml", "--hand", "3", "0", "0"}, 1, "no posture reaches the goal");
