@@ -104,9 +104,8 @@ class EmbeddedBus final : public Bus {
     socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (socket_ < 0) fail("cannot open a socket");
     // The last of another group of participants may remove the folder at any time.
-    for (int left = kTries; !enter(address); --left) {
+    for (int left = kTries; !enter(address); --left)
       if (left == 0) fail("cannot bind " + path_);
-    }
   }
 
   ~EmbeddedBus() override {
@@ -165,10 +164,10 @@ class EmbeddedBus final : public Bus {
     if (error && error != std::errc::file_exists)
       throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
     unlink(path_.c_str());  // socket of a dead process that had our number
-    if (bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0)
-      return true;
-    if (errno != ENOENT) fail("cannot bind " + path_);
-    return false;
+    const auto* here = reinterpret_cast<const sockaddr*>(&address);
+    const bool joined = bind(socket_, here, sizeof(address)) == 0;
+    if (!joined && errno != ENOENT) fail("cannot bind " + path_);
+    return joined;
   }
 
   /// Reads the folder by hand: in a cycle nothing allocates, not even when somebody joins.

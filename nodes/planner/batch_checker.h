@@ -66,6 +66,9 @@ class BatchChecker {
   /// more, Lⱼ = its largest distance from axis j at any posture: the second derivatives are
   /// zᵢ × (zⱼ × (p − oⱼ)), i the inner joint. In a frame that moves itself, by Σ Lⱼ |δⱼ|.
   Verdicts judge_lines(const Postures& postures);
+  using Levers = std::array<double, kMostJoints>;
+  /// Largest distance of any cluster from the axis of each joint [m]; 1 if it slides.
+  const Levers& levers() const { return levers_; }
 
  private:
   enum class Mode : std::uint8_t { postures, any_posture, boxes, lines };
@@ -109,10 +112,11 @@ class BatchChecker {
     Lanes speed;       // |turn|
   };
 
-  void bound_reach(const kin::ArmModel& arm, Cluster& cluster) const;
+  void bound_reach(const kin::ArmModel& arm, Cluster& cluster);
   void add_arm(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m);
   void add_obstacles(const Obstacles& obstacles);
 
+  Levers levers_{};
   float margin_;  // of a pair of own balls it is counted once
   std::vector<Step> steps_;
   std::vector<Point> balls_;  // of the arm, in the order of clusters

@@ -104,7 +104,7 @@ BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
 
 /// From its frame to the base: what the centres can reach when a joint turns is a solid of
 /// revolution, of which a cylinder about the axis remains.
-void BatchChecker::bound_reach(const kin::ArmModel& arm, Cluster& cluster) const {
+void BatchChecker::bound_reach(const kin::ArmModel& arm, Cluster& cluster) {
   double rho = 0.0, lo = std::numeric_limits<double>::infinity(), hi = -lo;
   for (std::size_t i = cluster.begin; i < cluster.end; ++i) {
     const auto& p = balls_[i].p;
@@ -115,6 +115,7 @@ void BatchChecker::bound_reach(const kin::ArmModel& arm, Cluster& cluster) const
   for (std::size_t j = cluster.frame; j-- > 0;) {
     const Step& step = steps_[j];
     cluster.reach[j] = step.slides ? 1.0f : rounded_up((1.0 + 1e-6) * rho + 1e-6);
+    levers_[j] = std::max(levers_[j], static_cast<double>(cluster.reach[j]));
     if (step.slides) {
       lo += arm.q_min[static_cast<Eigen::Index>(j)];
       hi += arm.q_max[static_cast<Eigen::Index>(j)];

@@ -12,12 +12,14 @@ namespace {
 /// Parts whose joints move less are not divided further: no ball moves by more than some tenths
 /// of a millimetre there, and an undecided part counts as touching [rad].
 constexpr double kUndecided = 1e-4;
-/// The same for stops, and the effort for those between two points: slower ones need less.
+/// The same for stops, as the motion of what is farthest from the joints [m], and the effort for
+/// those between two points: slower ones need less.
 constexpr double kUndecidedStops = 1e-4;
 constexpr long kPosturesPerStops = 4000, kPosturesPerStopsAlone = 8000;
 constexpr long kUnlimited = std::numeric_limits<long>::max();
 
-/// Straight from a to b. A part: its middle, 0 .. 1, and half its width.
+/// Straight from a to b. A part: its middle, 0 .. 1, and half its width. It has no halves if it is
+/// too small to be divided; so have the others.
 struct Line {
   static constexpr auto kJudge = &BatchChecker::judge_lines;
   using Part = std::array<float, 2>;
@@ -31,10 +33,10 @@ struct Line {
       to.deviation[static_cast<std::size_t>(j)][lane] = part[1] * way;
     }
   }
-  bool last(const Part& part) const { return part[1] * longest < static_cast<float>(kUndecided); }
-  std::array<Part, 2> halves(const Part& part) const {
+  std::optional<std::array<Part, 2>> halves(const Part& part) const {
+    if (part[1] * longest < static_cast<float>(kUndecided)) return std::nullopt;
     const float quarter = 0.5f * part[1];
-    return {Part{part[0] - quarter, quarter}, Part{part[0] + quarter, quarter}};
+    return {{Part{part[0] - quarter, quarter}, Part{part[0] + quarter, quarter}}};
   }
 };
 
@@ -44,7 +46,10 @@ struct Curve {
   using Part = Eigen::MatrixXd;
 
   /// De Casteljau at 1/2.
-  static std::array<Part, 2> halves(const Part& part) {
+  static std::optional<std::array<Part, 2>> halves(const Part& part) {
+    double widest = 0.0;
+    for (Eigen::Index j = 0; j < part.rows(); ++j) widest = std::max(widest, width(part, j));
+    if (widest < kUndecided) return std::nullopt;
     const Eigen::Index m = part.cols();
     Part left(part.rows(), m), right = part;
     left.col(0) = right.col(0);
@@ -53,7 +58,7 @@ struct Curve {
         right.col(i) = 0.5 * (right.col(i) + right.col(i + 1));
       left.col(level) = right.col(0);
     }
-    return {left, right};
+    return {{std::move(left), std::move(right)}};
   }
   static double width(const Part& part, Eigen::Index j) {
     return 0.5 * (part.row(j).maxCoeff() - part.row(j).minCoeff());
@@ -65,15 +70,14 @@ struct Curve {
       to.deviation[i][lane] = static_cast<float>(width(part, j));
     }
   }
-  static bool last(const Part& part) {
-    double widest = 0.0;
-    for (Eigen::Index j = 0; j < part.rows(); ++j) widest = std::max(widest, width(part, j));
-    return widest < kUndecided;
-  }
 };
 
-/// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, of r²/k, of the
-/// delay, and of how far one joint that stops alone is back (0 .. 1).
+/// A part: ranges of where the stops begin on the line (0 .. 1), of the time u, of how far they
+/// lead, of the delay, and of how far one joint that stops alone is back (0 .. 1).
+///
+/// Joints come to rest at different times, but mostly move alike: a stop (r²/k) ρ(u) is told by how
+/// far it leads, λ = (r²/k) g(u), g the progress of the longest ramp, and by u. For g does what
+/// ρ(u)/g(u) leaves nearly the same, most parts need no division in u.
 struct Fan {
   static constexpr auto kJudge = &BatchChecker::judge_motions;
   static constexpr std::size_t kRanges = 5;
@@ -82,72 +86,116 @@ struct Fan {
     Eigen::Index alone = -1;  // no joint
   };
   const Stops& s;
+  const BatchChecker::Levers& lever;
+  BatchChecker::Levers inverse_a{};
+  double longest_s = 0.0;
 
-  double speed(Eigen::Index j, double w) const { return s.v0[j] + w * (s.v1[j] - s.v0[j]); }
-  double ramp(Eigen::Index j, double w, double u) const {
-    const double v = speed(j, w), t = std::min(u, std::abs(v) / s.a[j]);
-    return std::copysign((std::abs(v) - 0.5 * s.a[j] * t) * t, v);
+  Fan(const Stops& stops, const BatchChecker::Levers& levers) : s(stops), lever(levers) {
+    for (Eigen::Index j = 0; j < s.a.size(); ++j) {
+      const double inverse = inverse_a[static_cast<std::size_t>(j)] = 1.0 / s.a[j];
+      longest_s = std::max(longest_s, inverse * std::max(std::abs(s.v0[j]), std::abs(s.v1[j])));
+    }
   }
+
+  Part whole(Eigen::Index alone) const {
+    const bool all = alone < 0;
+    return {{0.0, 1.0, 0.0, longest_s, 0.0, 1.0, 0.0, all ? s.delay_s : 0.0, 0.0, all ? 0.0 : 1.0},
+            alone};
+  }
+  double speed(Eigen::Index j, double w) const { return s.v0[j] + w * (s.v1[j] - s.v0[j]); }
   double before(Eigen::Index j, double w) const {
     return s.before0[j] + w * (s.before1[j] - s.before0[j]);
   }
+  /// g(u), 0 .. 1: of a ramp that rests after the longest time.
+  double progress(double u) const {
+    return longest_s > 0.0 ? u * (2.0 * longest_s - u) / (longest_s * longest_s) : 1.0;
+  }
+  /// The first u of progress λ.
+  double soonest(double way) const {
+    return longest_s * (1.0 - std::sqrt(std::max(0.0, 1.0 - way)));
+  }
+  /// Nearest and farthest that joints get in the ranges of a part: ρ(u)/g(u) falls with u.
+  struct Reach {
+    double u0, u1, nearest, farthest;
+    Reach(const Fan& fan, const Part& part)
+        : u0(part.range[2]),
+          u1(part.range[3]),
+          nearest(part.range[4] / std::max(fan.progress(u1), 1e-300)),
+          farthest(u0 > 0.0 ? part.range[5] / fan.progress(u0)
+                            : part.range[5] * 0.5 * fan.longest_s) {}
+    /// @param v, a  of the joint, and 1/a
+    std::pair<double, double> of(double v, double a, double inverse) const {
+      const double rest = v * inverse, t0 = std::min(u0, rest), t1 = std::min(u1, rest);
+      const double end = (v - 0.5 * a * t1) * t1;
+      const double begin = u0 > 0.0 ? (v - 0.5 * a * t0) * t0 : v;
+      return {nearest * end, std::min(end, farthest * begin)};
+    }
+  };
   void place(const Part& part, BatchChecker::Postures& to, int lane) const {
-    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1, back0, back1] = part.range;
+    const double w0 = part.range[0], w1 = part.range[1], delay0 = part.range[6],
+                 delay1 = part.range[7], back0 = part.range[8], back1 = part.range[9];
+    const Reach reach(*this, part);
     for (Eigen::Index j = 0; j < s.a.size(); ++j) {
       // Joints move one way: the ends of all ranges bound the postures between.
       double lo = std::numeric_limits<double>::infinity(), hi = -lo;
-      const auto reach = [&](double q) {
+      const auto take = [&](double q) {
         lo = std::min(lo, q);
         hi = std::max(hi, q);
       };
+      const auto i = static_cast<std::size_t>(j);
       const bool alone = j == part.alone;
       for (const double w : {w0, w1}) {
         const double q = s.q0[j] + w * (s.q1[j] - s.q0[j]), v = speed(j, w);
-        const double near = q + (alone ? s.alone_s : delay0) * v + share0 * ramp(j, w, u0);
-        const double far = q + (alone ? s.alone_s : delay1) * v + share1 * ramp(j, w, u1);
+        const auto [least, most] = reach.of(std::abs(v), s.a[j], inverse_a[i]);
+        const double near = q + (alone ? s.alone_s : delay0) * v + std::copysign(least, v);
+        const double far = q + (alone ? s.alone_s : delay1) * v + std::copysign(most, v);
         if (!alone) {
-          reach(near);
-          reach(far);
+          take(near);
+          take(far);
           continue;
         }
         for (const double back : {back0, back1}) {
-          reach(near + back * (before(j, w) - near));
-          reach(far + back * (before(j, w) - far));
+          take(near + back * (before(j, w) - near));
+          take(far + back * (before(j, w) - far));
         }
       }
-      const auto i = static_cast<std::size_t>(j);
       to.q[i][lane] = static_cast<float>(0.5 * (lo + hi));
       to.deviation[i][lane] =
           static_cast<float>(0.5 * (hi - lo) + s.bow_rad + (alone ? s.before_bow_rad : 0.0));
     }
   }
-  /// What each range adds to the motion [rad].
+  /// What each range adds to the motion of what is farthest from the joints [m].
   std::array<double, kRanges> widths(const Part& part) const {
-    const auto& [w0, w1, u0, u1, share0, share1, delay0, delay1, back0, back1] = part.range;
+    const auto& [w0, w1, u0, u1, way0, way1, delay0, delay1, back0, back1] = part.range;
+    const Reach reach(*this, part);
+    const double longer = way1 > 0.0 ? (way1 - way0) / way1 : 0.0;
     std::array<double, kRanges> width{};
     for (Eigen::Index j = 0; j < s.a.size(); ++j) {
-      const double far = std::abs(ramp(j, w1, u1)), v = std::abs(speed(j, w1));
-      width[0] = std::max(width[0], (w1 - w0) * std::abs(s.q1[j] - s.q0[j]));
-      width[1] = std::max(width[1], share1 * std::abs(far - std::abs(ramp(j, w1, u0))));
-      width[2] = std::max(width[2], (share1 - share0) * far);
-      width[3] = std::max(width[3], (delay1 - delay0) * v);
+      const auto i = static_cast<std::size_t>(j);
+      const double v = std::abs(speed(j, w1)), arm = lever[i];
+      const auto [near, far] = reach.of(v, s.a[j], inverse_a[i]);
+      const double along = far * longer;
+      width[0] += arm * (w1 - w0) * std::abs(s.q1[j] - s.q0[j]);
+      width[1] += arm * (far - near - along);
+      width[2] += arm * along;
+      width[3] += arm * (delay1 - delay0) * v;
       if (j == part.alone) {
         const double q = s.q0[j] + w1 * (s.q1[j] - s.q0[j]);
-        width[4] = (back1 - back0) * (std::abs(q - before(j, w1)) + s.alone_s * v + share1 * far);
+        width[4] = arm * (back1 - back0) * (std::abs(q - before(j, w1)) + s.alone_s * v + far);
       }
     }
     return width;
   }
-  bool last(const Part& part) const {
+  /// A stop does not lead farther than all do until then, nor as far before.
+  std::optional<std::array<Part, 2>> halves(const Part& part) const {
     const auto width = widths(part);
-    return *std::max_element(width.begin(), width.end()) < kUndecidedStops;
-  }
-  std::array<Part, 2> halves(const Part& part) const {
-    const auto width = widths(part);
-    const auto at = std::max_element(width.begin(), width.end()) - width.begin();
-    const auto i = static_cast<std::size_t>(2 * at);
+    const auto widest = std::max_element(width.begin(), width.end());
+    if (*widest < kUndecidedStops) return std::nullopt;
+    const auto i = static_cast<std::size_t>(2 * (widest - width.begin()));
     std::array<Part, 2> parts{part, part};
     parts[0].range[i + 1] = parts[1].range[i] = 0.5 * (part.range[i] + part.range[i + 1]);
+    parts[0].range[5] = std::min(parts[0].range[5], progress(parts[0].range[3]));
+    parts[1].range[2] = std::max(parts[1].range[2], soonest(parts[1].range[4]));
     return parts;
   }
 };
@@ -213,8 +261,9 @@ bool CollisionChecker::certify_parts(const Motion& motion, std::vector<typename 
     if (verdicts.touches != 0 || (verdicts.near != 0 && most <= 0)) return false;
     for (std::size_t lane = 0; lane < count; ++lane, ++next) {
       if ((verdicts.near >> lane & 1u) == 0) continue;
-      if (motion.last(open[next])) return false;
-      for (const auto& half : motion.halves(open[next])) open.push_back(half);
+      const auto halves = motion.halves(open[next]);
+      if (!halves) return false;
+      open.insert(open.end(), halves->begin(), halves->end());
     }
   }
   return true;
@@ -253,17 +302,13 @@ bool CollisionChecker::certify_stops(const Stops& given) {
     stops.q1 += stops.delay_s * stops.v1;
     stops.delay_s = 0.0;
   }
-  const auto longest_s = [](const Stops& those) {
-    return those.v0.cwiseAbs().cwiseMax(those.v1.cwiseAbs()).cwiseQuotient(those.a).maxCoeff();
-  };
-  std::vector<Fan::Part> open{
-      {{0.0, 1.0, 0.0, longest_s(stops), 0.0, 1.0, 0.0, stops.delay_s, 0.0, 0.0}, -1}};
-  if (!certify_parts(Fan{stops}, open, kPosturesPerStops)) return false;
+  const Fan all{stops, batch_.levers()}, one{given, batch_.levers()};
+  std::vector<Fan::Part> open{all.whole(-1)};
+  if (!certify_parts(all, open, kPosturesPerStops)) return false;
   if (given.before0.size() == 0) return true;
   open.clear();
-  for (Eigen::Index j = 0; j < given.a.size(); ++j)
-    open.push_back({{0.0, 1.0, 0.0, longest_s(given), 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}, j});
-  return certify_parts(Fan{given}, open, kPosturesPerStopsAlone);
+  for (Eigen::Index j = 0; j < given.a.size(); ++j) open.push_back(one.whole(j));
+  return certify_parts(one, open, kPosturesPerStopsAlone);
 }
 
 std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eigen::VectorXd>& q) {

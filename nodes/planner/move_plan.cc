@@ -182,8 +182,8 @@ std::string beyond_limits(const kin::ArmModel& arm, const Eigen::VectorXd& q, do
   for (Eigen::Index j = 0; j < q.size(); ++j) {
     const kin::DhLink& link = arm.links[static_cast<std::size_t>(j)];
     const double lo = arm.q_min[j], hi = arm.q_max[j];
-    const bool within = link.endless ? std::isfinite(q[j])
-                                     : q[j] >= lo - tolerance && q[j] <= hi + tolerance;
+    const bool within =
+        link.endless ? std::isfinite(q[j]) : q[j] >= lo - tolerance && q[j] <= hi + tolerance;
     if (within) continue;  // NaN is in no range
     return fmt::format("joint {} at {:g} {}, expected {:.4f} .. {:.4f}", j + 1, q[j],
                        link.slides ? "m" : "rad", lo, hi);

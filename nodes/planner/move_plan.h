@@ -35,8 +35,8 @@ struct PlanRequest {
 tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap& roadmap,
                                          const PlanRequest& request, const TaskSettings& settings);
 
-/// A start may be this far beyond a limit, as an encoder at an end stop says: it is planned from the
-/// limit [rad, m].
+/// A start may be this far beyond a limit, as an encoder at an end stop says: it is planned from
+/// the limit [rad, m].
 inline constexpr double kAtLimit = 1e-3;
 
 /// Why no motion of the arm can start or end at `q`: "joint 2 at 3.2 rad, expected -3.1 .. 3.1";

@@ -61,8 +61,7 @@ std::string fault(const kin::ArmModel& arm, Requests::Kind kind, const v1::PlanR
   if (!(asked.deadline_s() >= 0.0 && asked.deadline_s() <= kMostDeadline_s))
     return fmt::format("deadline_s: {:g}, expected 0 .. {:g}", asked.deadline_s(), kMostDeadline_s);
   std::string why;
-  if (asked.has_start())
-    why = fault(arm, "start", vector(asked.start().position_rad()), kAtLimit);
+  if (asked.has_start()) why = fault(arm, "start", vector(asked.start().position_rad()), kAtLimit);
   const auto check = [&](const char* what, const auto& all, const auto& part) {
     for (int i = 0; i < all.size() && why.empty(); ++i)
       why = fault(arm, fmt::format("{}[{}]", what, i), part(all[i]));

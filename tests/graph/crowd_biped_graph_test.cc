@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 TEST(CrowdBiped, TakesItsPlaceInStep) {
-  Scenario run("crowd_biped");
+  Scenario run("crowd_biped", {"--arg", "until=38"});
   EXPECT_EQ(run.wait(), 0);
   const json result = run.result();
   ASSERT_TRUE(result.is_object()) << run.process().output();

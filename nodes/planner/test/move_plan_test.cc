@@ -138,10 +138,10 @@ TEST(MovePlan, EndlessJointsGoTheShortestWay) {
   ASSERT_TRUE(plan) << plan.error().reason;
   const double turn = 2.0 * M_PI;
   EXPECT_NEAR(plan->path_length_rad, std::hypot(turn - 6.0, turn - 6.1), 1e-9);
-  EXPECT_LT((plan->motions.back().trajectory.position.rightCols(1) -
-             demo.at(turn - 3.0, 3.0 - turn))
-                .norm(),
-            1e-12);
+  EXPECT_LT(
+      (plan->motions.back().trajectory.position.rightCols(1) - demo.at(turn - 3.0, 3.0 - turn))
+          .norm(),
+      1e-12);
 }
 
 TEST(MovePlan, EndlessJointsStartAnywhere) {
