@@ -20,7 +20,7 @@ HandTrial quick(std::uint64_t seed, int cameras, int frames) {
 double median_mm(const std::vector<double>& m) { return 1e3 * quantile(m, 0.5); }
 
 TEST(HandRuns, OneCameraFollowsAndTheControlsDoNot) {
-  const HandTrial t = quick(1, 1, 60);
+  const HandTrial t = quick(1, 1, 40);
   const HandCourse ours = track_hand(t), blob = follow_blob(t), frozen = freeze_hand(t),
                    free = track_by_free_histogram(t);
   std::printf("palm %.1f mm, rotation %.1f deg\n", median_mm(ours.across_m),
