@@ -7,7 +7,6 @@
 #include "hw/cia402/joint_driver.h"
 #include "hw/joints/machine.h"
 #include "hw/outside/recorded.h"
-#include "hw/perfect_actuators.h"
 #include "hw/powercube/driver.h"
 
 namespace mimesis::hw::bridge {
@@ -81,19 +80,9 @@ std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
       open_bus(buses[0].can, request));
 }
 
-std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
-  const Joints& joints = request.joints;
-  return std::make_unique<PerfectActuators>(
-      PerfectActuators::Options{.limits = joints.limits,
-                                .home_rad = {joints.home.begin(), joints.home.end()},
-                                .rate_hz = joints.rate_hz,
-                                .stays_powered = request.stays_powered,
-                                .readonly = request.params.readonly});
-}
-
 std::map<std::string, MakeActuators>& known_actuators() {
-  static std::map<std::string, MakeActuators> kinds{
-      {"cia402", make_cia402}, {"powercube", make_powercube}, {"perfect", make_perfect}};
+  static std::map<std::string, MakeActuators> kinds{{"cia402", make_cia402},
+                                                    {"powercube", make_powercube}};
   return kinds;
 }
 

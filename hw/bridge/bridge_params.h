@@ -98,8 +98,7 @@ using MakeActuators = std::function<std::unique_ptr<Actuators>(const ActuatorsRe
 
 /// Makes `kind` known to nodes constructed later: a robot with `drives: kind` in its file gets the
 /// result of `make`. To be called by main() before run_node(), on one thread. Known from the start:
-/// "cia402" (CANopen drives on the buses of the parameters), "powercube" (modules on one bus) and
-/// "perfect".
+/// "cia402" (CANopen drives on the buses of the parameters) and "powercube" (modules on one bus).
 void add_actuators(const std::string& kind, MakeActuators make);
 
 /// The actuators of `request.joints.drives`. @throws ConfigError that lists the known kinds
