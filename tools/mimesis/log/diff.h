@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -55,5 +56,24 @@ std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const Op
 /// memory: as many as one log is ahead of the other in its time.
 std::vector<StreamDiff> diff_logs(const OpenLog& a, const OpenLog& b, const DiffOptions& options,
                                   std::uint64_t& damages);
+
+// Comparison of two runs of a graph in lock-step.
+
+/// Up to when a recorded run is the same in every run.
+struct RunLimit {
+  std::uint64_t until_ns = 0;  ///< last log time to be compared
+  std::string why;             ///< reason of the end
+  bool cut_off = false;        ///< just the end of the log: its last messages may be incomplete
+};
+
+/// After the first message on `until_topic` (may be empty) the launcher stops the nodes, in wall
+/// time; without one, the first node that stopped ends what can be compared.
+RunLimit run_limit(const std::vector<OpenLog>& logs, const std::string& until_topic);
+
+/// Fields, by type, that hold durations on the wall clock: they are not the same twice.
+const std::map<std::string, std::set<std::string>>& wall_fields();
+
+/// Whether metadata "mimesis.launch" says that the run was in lock-step.
+bool in_lockstep(const std::vector<OpenLog>& logs);
 
 }  // namespace mimesis::tool

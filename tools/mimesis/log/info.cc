@@ -16,7 +16,7 @@
 #include "proto/steps.pb.h"
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/log/elided_payload.h"
-#include "tools/mimesis/log/program_name.h"
+#include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 

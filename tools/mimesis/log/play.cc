@@ -27,8 +27,6 @@
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/live_topics.h"
-#include "tools/mimesis/log/play_marks.h"
-#include "tools/mimesis/log/play_output.h"
 #include "tools/mimesis/log/play_parts.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/restore.h"

@@ -1,14 +1,34 @@
 #pragma once
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <deque>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
 
+#include "common/error.h"
+#include "common/runtime/node_clock.h"
+#include "common/runtime/ports.h"
+#include "common/runtime/raw.h"
+#include "common/runtime/zmq_bus.h"
 #include "common/time.h"
+#include "proto/foxglove/log.pb.h"
+#include "proto/player.pb.h"
+#include "proto/runtime.pb.h"
+#include "tools/mimesis/live_topics.h"
+#include "tools/mimesis/log/playback.h"
 
-// Where a player is in the log, and how late it is.
+// Parts of a player: where it is in the log and how late, the marks of its time line, and its side
+// of the graph.
 namespace mimesis::tool {
 
 /// Where in the log a player is: t = t₀ + rate·(w − w₀) while it runs. Log times t [ns], wall times
@@ -94,6 +114,130 @@ class PlayLateness {
   std::array<std::uint64_t, kPerOctave * kOctaves> bins_{};
   std::uint64_t count_ = 0;
   runtime::Time worst_{};
+};
+
+/// The lines that nodes logged, for a time line. A thread of its own reads them from the log when
+/// they are first asked for: the player goes on meanwhile.
+class PlayMarks {
+ public:
+  explicit PlayMarks(const Playback& playback) : playback_(playback) {}
+
+  /// Those found so far; at most kMost, then the rest of the log is left out.
+  v1::PlayerMarks found() {
+    if (!reader_.joinable())
+      reader_ = std::jthread([this](const std::stop_token& stop) { read(stop); });
+    const std::lock_guard lock(mutex_);
+    return marks_;
+  }
+
+ private:
+  static constexpr int kMost = 2000;
+
+  void read(const std::stop_token& stop) {
+    const auto reader = playback_.reader(
+        {[](const log::Channel& channel) { return channel.topic.ends_with("/log"); },
+         playback_.start_ns(), playback_.end_ns() + 1});
+    int count = 0;
+    foxglove::Log line;
+    while (const Item* item = stop.stop_requested() || count == kMost ? nullptr : reader->next()) {
+      if (item->schema == nullptr || item->schema->name != line.GetTypeName() ||
+          !line.ParseFromArray(item->message->data.data(),
+                               static_cast<int>(item->message->data.size())))
+        continue;
+      const std::lock_guard lock(mutex_);
+      v1::PlayerMark& mark = *marks_.add_marks();
+      mark.set_position_s(playback_.position_s(item->message->log_time));
+      mark.set_level(static_cast<std::uint32_t>(line.level()));
+      mark.set_node(line.name());
+      mark.set_text(line.message());
+      ++count;
+    }
+    const std::lock_guard lock(mutex_);
+    marks_.set_whole(true);
+  }
+
+  const Playback& playback_;
+  std::mutex mutex_;
+  v1::PlayerMarks marks_;  ///< guarded by mutex_
+  std::jthread reader_;    ///< ends before what it uses
+};
+
+/// A log time on the runtime's scale, limited to half its range.
+inline runtime::Time play_time(std::uint64_t ns) {
+  constexpr auto kEnd =
+      static_cast<std::uint64_t>(std::numeric_limits<runtime::Time::rep>::max() / 2);
+  return runtime::Time(static_cast<runtime::Time::rep>(std::min(ns, kEnd)));
+}
+
+using RawOuts = std::map<const PlayedTopic*, std::unique_ptr<runtime::RawOut>>;
+
+inline RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
+  RawOuts outs;
+  for (const PlayedTopic& topic : topics) {
+    outs[&topic] =
+        bus.advertise_raw(topic.topic, topic.type, topic.descriptors, {.latched = topic.latched});
+  }
+  return outs;
+}
+
+/// The player's side of the graph: its topics and, if it drives it, the graph's clock.
+class PlayOutput {
+ public:
+  PlayOutput(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics, bool clock)
+      : bus_(bus), outs_(advertise(bus, topics)) {
+    if (!clock) return;
+    clock_ = std::make_unique<runtime::Out<v1::ClockTime>>(bus, kPort,
+                                                           runtime::OutOptions{.latched = true});
+  }
+  static runtime::BusOptions bus_options(const LivePublishing& wish, bool clock) {
+    runtime::BusOptions options;
+    options.name = wish.self;
+    options.into_live = wish.into_live;
+    if (clock) options.out.emplace(kPort, "clock/time");
+    return options;
+  }
+
+  /// A subscriber of one of the topics is not connected yet.
+  bool awaits_subscribers() const {
+    for (const v1::NodeInfo& node : bus_.known_nodes()) {
+      for (const v1::TopicInfo& input : node.inputs()) {
+        for (const auto& [topic, out] : outs_) {
+          if (topic->topic == input.topic() && out->subscribers() == 0) return true;
+        }
+      }
+    }
+    return false;
+  }
+  void send(const Played& message) {
+    // Subscribers compare the stamp with their own clock: it is the recorded one if the player
+    // drives that clock, else now less the age that the message had when it was recorded.
+    const runtime::Time sent = play_time(message.publish_time_ns);
+    const runtime::Time stamp = clock_ ? sent : wall() - (play_time(message.log_time_ns) - sent);
+    outs_[message.topic]->send_raw(message.payload, stamp);
+    bytes_ += message.payload.size();
+  }
+  /// `factor`: simulated seconds per second; 0: time stands still.
+  void tell_clock(runtime::Time log_time, double factor) {
+    if (!clock_) return;
+    // Nodes hold on to the last factor above 0; repeated every 50 ms, this one moves time by 50 ns.
+    constexpr double kStanding = 1e-6;
+    v1::ClockTime message;
+    message.set_time_ns(static_cast<std::uint64_t>(log_time.count()));
+    message.set_wall_ns(static_cast<std::uint64_t>(wall().count()));
+    message.set_factor(factor > 0.0 ? factor : kStanding);
+    clock_->send(message, log_time);
+  }
+  bool clock() const { return clock_ != nullptr; }
+  std::uint64_t bytes() const { return bytes_; }  ///< size of the payloads sent
+
+ private:
+  static constexpr std::string_view kPort = "time";
+  runtime::Time wall() const { return bus_.time().now(); }
+
+  runtime::ZmqBus& bus_;
+  RawOuts outs_;
+  std::unique_ptr<runtime::Out<v1::ClockTime>> clock_;
+  std::uint64_t bytes_ = 0;
 };
 
 }  // namespace mimesis::tool

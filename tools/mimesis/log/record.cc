@@ -22,7 +22,6 @@
 #include "common/runtime/yaml_document.h"
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/record_file.h"
-#include "tools/mimesis/log/record_watch.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"

@@ -10,7 +10,6 @@
 #include "proto/bridge.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/log/lockstep_run.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
 namespace mimesis::tool {

@@ -6,7 +6,6 @@
 #include "tools/mimesis/human.h"
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/record_file.h"
-#include "tools/mimesis/log/record_watch.h"
 
 namespace mimesis::tool {
 namespace {
