@@ -6,6 +6,8 @@
 #include <span>
 #include <string>
 
+#include "hw/actuators.h"
+
 namespace mimesis::hw::can {
 
 inline constexpr std::uint32_t kExtendedFlag = 0x80000000;  ///< id has 29 bits
@@ -37,12 +39,14 @@ static_assert(sizeof(Frame) == 72);
 /// null.
 const char* trouble(const Frame& frame);
 
-/// Traffic of a bus since it was opened.
-struct Counters {
-  std::uint64_t sent = 0;      ///< frames taken by the wire
-  std::uint64_t received = 0;  ///< frames, without error frames
-  std::uint64_t errors = 0;    ///< frames not taken, and error frames
-};
+/// Bits of a classic frame with an 11-bit identifier and `bytes` of data on the wire, with the
+/// three bits before the next frame: start 1, identifier and control 18, data, CRC 15, and 13 that
+/// are never stuffed. [Bosch CAN 2.0, 3.1]
+constexpr int least_bits(int bytes) { return 47 + 8 * bytes; }
+
+/// The same with the most stuff bits: the first 34 + 8n bits can hold one after every fifth bit,
+/// and after each fourth from then on, since a stuff bit counts: ⌊(34 + 8n − 1)/4⌋.
+constexpr int worst_bits(int bytes) { return least_bits(bytes) + (34 + 8 * bytes - 1) / 4; }
 
 /// Chooses frames by their identifier: those with (id ^ this id) & mask == 0.
 struct Wanted {
@@ -70,10 +74,12 @@ class Bus {
   /// to bring them. Error frames come in any case.
   virtual void want(std::span<const Wanted>) {}
 
-  const Counters& counters() const { return counters_; }
+  /// Frames since the bus was opened: sent are those that the wire took, received all but error
+  /// frames, errors those that were not taken, and error frames.
+  const Traffic& counters() const { return counters_; }
 
  protected:
-  Counters counters_;
+  Traffic counters_;
 };
 
 /// Opens the bus at `address`:

@@ -45,7 +45,7 @@ class JointDriver final : public PhasedActuators {
 
   /// What the drives cannot do, a line each; see AxisMaster.
   std::vector<std::string> notes() const;
-  const can::Counters& counters() const { return bus_->counters(); }
+  const Traffic& counters() const { return bus_->counters(); }
 
  private:
   void receive();

@@ -7,7 +7,6 @@
 
 #include "common/error.h"
 #include "hw/can/bus.h"
-#include "hw/can/load.h"
 #include "hw/cia402/setup.h"
 
 namespace mimesis::hw {

@@ -47,7 +47,7 @@ class RecordedCan final : public can::Bus {
     put(out, frames);
     graph_.outside().written(kCan, bytes);
     const auto outcome = runtime::read_outside_value<Outcome>(graph_, kCan, [&] {
-      const can::Counters before = wire_->counters();
+      const Traffic before = wire_->counters();
       wire_->send(frames);
       return Outcome{static_cast<std::uint32_t>(wire_->counters().sent - before.sent),
                      static_cast<std::uint32_t>(wire_->counters().errors - before.errors)};

@@ -285,9 +285,4 @@ std::string Driver::reset_faults() {
   return {};
 }
 
-Traffic Driver::traffic() const {
-  const can::Counters& c = bus_->counters();
-  return {.sent = c.sent, .received = c.received, .errors = c.errors};
-}
-
 }  // namespace mimesis::hw::powercube

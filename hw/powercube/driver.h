@@ -35,7 +35,7 @@ class Driver final : public PhasedActuators {
   void write(Time now, const Setpoint& setpoint) override;
   void stop() noexcept override;
   std::string reset_faults() override;
-  Traffic traffic() const override;
+  Traffic traffic() const override { return bus_->counters(); }
 
  private:
   struct Module {

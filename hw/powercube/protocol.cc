@@ -23,7 +23,6 @@ Frame frame(std::uint32_t base, int module, Command command) {
 
 }  // namespace
 
-Frame to_module(int module, Command command) { return frame(kSetId, module, command); }
 Frame to_all(Command command) { return frame(kAllId, 0, command); }
 
 Frame get(int module, Parameter parameter) {

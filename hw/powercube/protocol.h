@@ -24,7 +24,6 @@ enum class Parameter : std::uint8_t {
   state = 0x27,
   config = 0x39,
   position = 0x3C,
-  max_following_error = 0x40,
   min_position = 0x45,
   max_position = 0x46,
   max_velocity = 0x48,
@@ -35,15 +34,13 @@ enum class Parameter : std::uint8_t {
 namespace state {
 inline constexpr std::uint32_t kError = 1u << 0, kHomeOk = 1u << 1, kHalted = 1u << 2,
                                kPowerFault = 1u << 3, kFollowingError = 1u << 4,
-                               kCommunication = 1u << 5, kMotion = 1u << 11,
-                               kBeyondSoftLimit = 1u << 26;
+                               kCommunication = 1u << 5, kMotion = 1u << 11;
 }
 inline constexpr std::uint32_t kWatchdogEnabled = 1u << 24;  ///< of Parameter::config
 inline constexpr std::uint8_t kNotOk = 1u << 0;  ///< of the short state: error, not homed or halted
 inline constexpr std::uint8_t kMoves = 1u << 4;  ///< of the short state
 
-can::Frame to_module(int module, Command command);  ///< reset, home, halt
-can::Frame to_all(Command command);                 ///< reset, halt, watchdog
+can::Frame to_all(Command command);  ///< reset, halt, watchdog
 can::Frame get(int module, Parameter parameter);
 can::Frame set(int module, Parameter parameter, std::uint32_t value);
 can::Frame set(int module, Parameter parameter, float value);

@@ -1,10 +1,10 @@
 // Lengths of frames against frames that are built and stuffed bit by bit.
-#include "hw/can/load.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
+
+#include "hw/can/bus.h"
 
 namespace mimesis::hw::can {
 namespace {

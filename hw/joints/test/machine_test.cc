@@ -9,7 +9,7 @@
 
 #include "common/error.h"
 #include "common/testing/loopback.h"
-#include "hw/can/load.h"
+#include "hw/can/bus.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/powercube/driver.h"

@@ -90,7 +90,7 @@ TEST_F(RecordedCan, GivesFramesAndCountersBack) {
   bus->send(sent);
   peer.reset();
   bus->send(sent);  // no device is there
-  const can::Counters counted = bus->counters();
+  const Traffic counted = bus->counters();
   EXPECT_EQ(counted.received, 2u);
   EXPECT_EQ(counted.sent, 3u);
   EXPECT_EQ(counted.errors, 4u);

@@ -27,9 +27,6 @@ std::string text(const can::Frame& f) {
 /// Identifiers 0A0h, 0C0h, 0E0h + module and 100h; commands, parameters and modes of
 /// ProtocolCommands.h.
 TEST(Protocol, BytesAsPublished) {
-  EXPECT_EQ(text(to_module(3, Command::reset)), "0E3#00");
-  EXPECT_EQ(text(to_module(3, Command::home)), "0E3#01");
-  EXPECT_EQ(text(to_module(31, Command::halt)), "0FF#02");
   EXPECT_EQ(text(to_all(Command::watchdog)), "100#07");
   EXPECT_EQ(text(get(3, Parameter::state)), "0C3#0A27");
   EXPECT_EQ(text(get(3, Parameter::position)), "0C3#0A3C");

@@ -46,7 +46,6 @@ struct Senses {
   }
 };
 
-inline constexpr Senses kExactSenses{};
 /// Typical sensors of a lab. The IMU is a calibrated industrial MEMS module. Noise of the Xsens
 /// MTi-1 series: 0.007 °/s/√Hz over 255 Hz, 120 µg/√Hz over 324 Hz. Its data sheet gives the
 /// stability of the biases in a run only, so biases are those left by a calibration: 5 mg as x-io

@@ -23,7 +23,7 @@ class Rack {
 
   std::vector<Drive>& drives() { return drives_; }
   const std::vector<Drive>& drives() const { return drives_; }
-  const can::Counters& counters() const { return bus_->counters(); }
+  const Traffic& counters() const { return bus_->counters(); }
 
  private:
   void receive();

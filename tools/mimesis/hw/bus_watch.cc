@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "hw/can/load.h"
+#include "hw/can/bus.h"
 #include "hw/cia402/cia402.h"
 
 namespace mimesis::tool {

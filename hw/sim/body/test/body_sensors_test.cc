@@ -201,7 +201,7 @@ BodySensors at_rest() {
 }
 
 TEST(SensorErrors, ExactSensesSayTheTruth) {
-  SensorErrors errors(kExactSenses, 1);
+  SensorErrors errors(Senses{}, 1);
   BodySensors s = at_rest();
   errors.spoil(0.7, s);
   EXPECT_LT((s.specific_force_I - at_rest().specific_force_I).norm(), 1e-12);
