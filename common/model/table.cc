@@ -3,6 +3,7 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/model/task_message.h"
+#include "common/model/vector_message.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
 
@@ -84,14 +85,6 @@ struct TableFile {
 
 Eigen::Vector3d vector(const std::vector<double>& v) { return Eigen::Vector3d::Map(v.data()); }
 
-void set(const Eigen::Vector3d& p, v1::Vector3& out) {
-  out.set_x_m(p.x());
-  out.set_y_m(p.y());
-  out.set_z_m(p.z());
-}
-
-Eigen::Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
-
 /// Name of a goal's place; none for a goal that is not known.
 std::string name_of(task::Goal goal) {
   return goal == task::Goal::unknown ? "" : std::string(task::word(goal));
@@ -150,16 +143,16 @@ v1::Scene to_proto(const kin::Table& table) {
   v1::Scene scene;
   for (const kin::Ball& ball : table.balls) {
     v1::Ball& out = *scene.add_obstacles();
-    set(ball.center, *out.mutable_center_in_world_m());
+    to_proto(ball.center, *out.mutable_center_in_world_m());
     out.set_radius_m(ball.radius);
   }
   for (const kin::Box& box : table.boxes) {
     v1::Box& out = *scene.add_boxes();
-    set(box.center, *out.mutable_center_in_world_m());
-    set(box.half_extent, *out.mutable_half_extent_m());
+    to_proto(box.center, *out.mutable_center_in_world_m());
+    to_proto(box.half_extent, *out.mutable_half_extent_m());
     out.set_name(box.name);
   }
-  set(table.bar_center, *scene.mutable_bar()->mutable_center_in_world_m());
+  to_proto(table.bar_center, *scene.mutable_bar()->mutable_center_in_world_m());
   scene.mutable_bar()->set_height_m(table.bar_height);
   scene.mutable_bar()->set_half_width_m(table.bar_half_width);
   for (const kin::GoalPlace& goal : table.goals) {
@@ -167,10 +160,10 @@ v1::Scene to_proto(const kin::Table& table) {
     out.set_goal(goal.name == "high"  ? v1::GOAL_HIGH
                  : goal.name == "low" ? v1::GOAL_LOW
                                       : v1::GOAL_UNSPECIFIED);
-    set(goal.position, *out.mutable_position_in_world_m());
+    to_proto(goal.position, *out.mutable_position_in_world_m());
     out.set_radius_m(goal.radius);
   }
-  set(table.object, *scene.mutable_object()->mutable_position_in_world_m());
+  to_proto(table.object, *scene.mutable_object()->mutable_position_in_world_m());
   scene.mutable_object()->set_radius_m(table.object_radius);
   scene.mutable_object()->set_height_m(table.object_height);
   return scene;
@@ -179,20 +172,20 @@ v1::Scene to_proto(const kin::Table& table) {
 kin::Table from_proto(const v1::Scene& scene) {
   kin::Table table;
   for (const v1::Ball& ball : scene.obstacles()) {
-    table.balls.push_back({vector(ball.center_in_world_m()), ball.radius_m()});
+    table.balls.push_back({to_eigen(ball.center_in_world_m()), ball.radius_m()});
   }
   for (const v1::Box& box : scene.boxes()) {
     table.boxes.push_back(
-        {vector(box.center_in_world_m()), vector(box.half_extent_m()), box.name()});
+        {to_eigen(box.center_in_world_m()), to_eigen(box.half_extent_m()), box.name()});
   }
-  table.bar_center = vector(scene.bar().center_in_world_m());
+  table.bar_center = to_eigen(scene.bar().center_in_world_m());
   table.bar_height = scene.bar().height_m();
   table.bar_half_width = scene.bar().half_width_m();
   for (const v1::GoalPlace& goal : scene.goals()) {
     table.goals.push_back(
-        {name_of(from_proto(goal.goal())), vector(goal.position_in_world_m()), goal.radius_m()});
+        {name_of(from_proto(goal.goal())), to_eigen(goal.position_in_world_m()), goal.radius_m()});
   }
-  table.object = vector(scene.object().position_in_world_m());
+  table.object = to_eigen(scene.object().position_in_world_m());
   table.object_radius = scene.object().radius_m();
   table.object_height = scene.object().height_m();
   return table;

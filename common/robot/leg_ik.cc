@@ -5,12 +5,14 @@
 #include <numbers>
 
 #include "common/error.h"
+#include "common/math/circle.h"
 #include "common/robot/kinematics.h"
 
 namespace mimesis::robot {
 namespace {
 
 using Eigen::Isometry3d, Eigen::Matrix3d, Eigen::Vector3d;
+using math::wrap_pi;
 constexpr double kPi = std::numbers::pi;
 enum Axis { kX, kY, kZ };
 
@@ -26,8 +28,6 @@ Matrix3d turn(int axis, double angle) {
   return R;
 }
 
-double wrapped(double angle) { return std::remainder(angle, 2.0 * kPi); }
-
 /// Angles about x that bring a vector to a given y.
 struct Rolls {
   double lesser, other;
@@ -38,7 +38,7 @@ Rolls rolls_to(const Vector3d& v, double y) {
   const double rho = std::hypot(v.y(), v.z());
   const double at = std::atan2(v.z(), v.y());
   const double beta = rho > 0.0 ? std::acos(std::clamp(y / rho, -1.0, 1.0)) : 0.0;
-  const double one = wrapped(beta - at), two = wrapped(-beta - at);
+  const double one = wrap_pi(beta - at), two = wrap_pi(-beta - at);
   const bool one_first = std::abs(one) < std::abs(two);
   return {.lesser = one_first ? one : two,
           .other = one_first ? two : one,
@@ -156,7 +156,7 @@ void LegIk::turn_hip(const Matrix3d& R_BT, Result& out) const {
   out.q.head<3>() = angle.cwiseProduct(sense_.head<3>());
   if (in_limits(out.q.head<3>())) return;
   // Equivalent rotation with the opposite sign
-  const Vector3d other(wrapped(angle[0] + kPi), wrapped(kPi - angle[1]), wrapped(angle[2] + kPi));
+  const Vector3d other(wrap_pi(angle[0] + kPi), wrap_pi(kPi - angle[1]), wrap_pi(angle[2] + kPi));
   const Vector3d q_other = other.cwiseProduct(sense_.head<3>());
   if (in_limits(q_other)) out.q.head<3>() = q_other;
 }

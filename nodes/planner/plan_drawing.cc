@@ -5,19 +5,19 @@
 #include <Eigen/SVD>
 
 #include "common/model/drawing.h"
+#include "common/model/vector_message.h"
 
 namespace mimesis::planner {
 namespace {
 
 using Eigen::Vector3d;
 using model::Rgba;
+using model::to_eigen;
 
 constexpr Rgba kEmpty{0.1, 0.75, 0.95, 1.0}, kHolding{0.95, 0.25, 0.85, 1.0},
     kText{0.95, 0.95, 0.95, 1.0}, kSeen{0.95, 0.75, 0.2, 0.35}, kDoubt{0.95, 0.3, 0.2, 0.6};
 constexpr double kEvery_s = 0.02;  // a point of the way
 constexpr double kAxes_m = 0.06, kLabel_m = 0.03;
-
-Vector3d to_eigen(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
 
 /// `spread_m`: lower triangle of L by rows, L Lᵀ the covariance; nothing if it was told exactly.
 void add_uncertainty(foxglove::SceneEntity& entity, const Vector3d& center,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/model/vector_message.h"
 #include "nodes/planner/planner_node.h"
 
 namespace mimesis::planner {
@@ -29,8 +30,7 @@ std::string fault(const kin::ArmModel& arm, const std::string& what, const Eigen
 }
 
 Place to_place(const v1::MotionPlace& place) {
-  const v1::Vector3& hand = place.hand_in_world_m();
-  return {vector(place.position_rad()), {hand.x_m(), hand.y_m(), hand.z_m()}};
+  return {vector(place.position_rad()), model::to_eigen(place.hand_in_world_m())};
 }
 
 std::string fault(const kin::ArmModel& arm, const std::string& what, const v1::MotionPlace& place) {

@@ -6,11 +6,15 @@
 #include <cmath>
 
 #include "common/math/circle.h"
+#include "common/model/vector_message.h"
 #include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {
 
 namespace {
+
+using model::to_eigen;
+using model::to_proto;
 
 constexpr double kFar_m = 1e4;           // from the origin: beyond it floats of batches get coarse
 constexpr double kFastest_rad_s = 50.0;  // largest rate of any rhythm
@@ -29,8 +33,6 @@ constexpr double kLongest_s = 60.0;
 
 bool near(double x) { return std::abs(x) <= kFar_m; }
 bool near(const v1::Vector3& p) { return near(p.x_m()) && near(p.y_m()) && near(p.z_m()); }
-
-Eigen::Vector3d to_eigen(const v1::Vector3& p) { return {p.x_m(), p.y_m(), p.z_m()}; }
 
 mocap::Side side(v1::Foot foot) { return foot == v1::FOOT_LEFT ? mocap::kLeft : mocap::kRight; }
 v1::Foot foot(mocap::Side side) { return side == mocap::kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT; }
@@ -56,12 +58,6 @@ RobotGait to_gait(v1::WalkState state) {
     default:
       return RobotGait::waiting;
   }
-}
-
-void set(v1::Vector3& message, const Eigen::Vector3d& p) {
-  message.set_x_m(p.x());
-  message.set_y_m(p.y());
-  message.set_z_m(p.z());
 }
 
 std::string hands_fault(const google::protobuf::RepeatedPtrField<v1::Vector3>& hands) {
@@ -285,7 +281,7 @@ void to_proto(const Director& director, int i, const LimitedMotion& limited, v1:
   message.set_velocity_forward_m_s(motion.velocity[0]);
   message.set_velocity_left_m_s(motion.velocity[1]);
   message.set_yaw_rate_rad_s(motion.velocity[2]);
-  set(*message.mutable_position_pelvis_in_world_m(), motion.pelvis_W_m);
+  to_proto(motion.pelvis_W_m, *message.mutable_position_pelvis_in_world_m());
   message.set_heading_rad(math::wrap_pi(motion.heading_rad));
   message.clear_position_rad();
   message.clear_velocity_rad_s();
@@ -301,7 +297,7 @@ void to_proto(const Director& director, int i, const LimitedMotion& limited, v1:
     if (!motion.hand[h]) continue;
     v1::HandGoal& goal = *message.add_hands();
     goal.set_left(h == 0);
-    set(*goal.mutable_position_in_world_m(), motion.hand[h]->p_W_m);
+    to_proto(motion.hand[h]->p_W_m, *goal.mutable_position_in_world_m());
     goal.set_share(motion.hand[h]->share);
   }
   message.clear_landings();
@@ -309,7 +305,7 @@ void to_proto(const Director& director, int i, const LimitedMotion& limited, v1:
     if (!landing) break;
     v1::Footprint& print = *message.add_landings();
     print.set_foot(foot(landing->side));
-    set(*print.mutable_position_in_world_m(), {landing->p_W_m.x(), landing->p_W_m.y(), 0.0});
+    to_proto({landing->p_W_m.x(), landing->p_W_m.y(), 0.0}, *print.mutable_position_in_world_m());
     print.set_yaw_rad(landing->yaw_rad);
   }
   message.set_stands(motion.stands);

@@ -12,6 +12,7 @@
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "common/model/task_message.h"
+#include "common/model/vector_message.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/sight_drawing.h"
 
@@ -110,9 +111,7 @@ v1::TableThing thing_message(const Thing& thing, const TableWatcher& watcher) {
   out.set_kind(convert<v1::BlobKind>(thing.kind));
   out.set_id(static_cast<std::uint32_t>(thing.id));
   const Solid& s = thing.solid;
-  out.mutable_center_in_table_m()->set_x_m(s.center.x());
-  out.mutable_center_in_table_m()->set_y_m(s.center.y());
-  out.mutable_center_in_table_m()->set_z_m(s.center.z());
+  model::to_proto(s.center, *out.mutable_center_in_table_m());
   set_spread(thing.covariance_m2, out.mutable_spread_m());
   out.set_half_width_m(s.half_width);
   out.set_length_m(s.length);

@@ -21,8 +21,6 @@ std::optional<Side> side_of(v1::Foot foot) {
 }
 v1::Foot foot_of(Side side) { return side == kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT; }
 
-Eigen::Vector3d to_vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
-
 void set(const Eigen::Vector2d& p, double z, v1::Vector3& out) {
   to_proto(Eigen::Vector3d(p.x(), p.y(), z), out);
 }
@@ -96,12 +94,12 @@ std::string MotionReader::read(const v1::Motion& message, double age_s, bool smo
       smooth ? message.smooth_velocity_forward_m_s() : message.velocity_forward_m_s(),
       smooth ? message.smooth_velocity_left_m_s() : message.velocity_left_m_s()};
   out.yaw_rate_rad_s = smooth ? message.smooth_yaw_rate_rad_s() : message.yaw_rate_rad_s();
-  out.pelvis_W_m = to_vector(message.position_pelvis_in_world_m()).head<2>();
+  out.pelvis_W_m = model::to_eigen(message.position_pelvis_in_world_m()).head<2>();
   out.heading_rad = message.heading_rad();
   out.stands = message.stands();
   out.hand = {};
   for (const v1::HandGoal& hand : message.hands()) {
-    out.hand[hand.left() ? kLeft : kRight] = {.p_W_m = to_vector(hand.position_in_world_m()),
+    out.hand[hand.left() ? kLeft : kRight] = {.p_W_m = model::to_eigen(hand.position_in_world_m()),
                                               .share = hand.share()};
   }
   return {};
@@ -151,12 +149,6 @@ std::string read_joints(const v1::JointState& message, Sensors& sensors) {
     sensors.dq[j] = message.velocity_rad_s(j);
   }
   return {};
-}
-
-void to_proto(const Eigen::Vector3d& point, v1::Vector3& out) {
-  out.set_x_m(point.x());
-  out.set_y_m(point.y());
-  out.set_z_m(point.z());
 }
 
 void to_proto(const Eigen::Quaterniond& turn, v1::Quaternion& out) {

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "common/model/vector_message.h"
 #include "common/time.h"
 #include "nodes/walker/walk_wish.h"
 #include "proto/bridge.pb.h"
@@ -37,7 +38,7 @@ std::string read_body(const v1::BodySensors& message, Sensors& sensors);
 std::string read_joints(const v1::JointState& message, Sensors& sensors);
 
 void to_proto(const Footprint& footprint, v1::Footprint& out);
-void to_proto(const Eigen::Vector3d& point, v1::Vector3& out);
+using model::to_proto;  // places
 void to_proto(const Eigen::Quaterniond& turn, v1::Quaternion& out);
 /// Fills all fields except the state, hands and head.
 void to_proto(const WalkerOutput& tick, v1::WalkFeedback& out);

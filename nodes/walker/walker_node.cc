@@ -25,12 +25,11 @@ foxglove::SceneUpdate draw_plan(const v1::WalkFeedback& feedback, const v1::Walk
 
 using Eigen::Vector3d;
 using model::Rgba;
+using model::to_eigen;
 
 constexpr Rgba kStands{0.35, 0.38, 0.42, 0.6}, kLands{0.3, 0.7, 0.4, 0.7}, kCom{0.3, 0.7, 0.4, 1.0},
     kPlanned{0.3, 0.7, 0.4, 1.0}, kWished{0.95, 0.75, 0.2, 1.0}, kMeasured{0.9, 0.15, 0.3, 1.0};
 constexpr double kSheet_m = 0.004;  // soles are drawn this thick
-
-Vector3d to_eigen(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
 
 void add_sole(foxglove::SceneEntity& entity, const v1::Footprint& foot, const robot::Biped& biped,
               const Rgba& colour) {

@@ -6,6 +6,7 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "common/model/files.h"
+#include "common/model/vector_message.h"
 #include "hw/outside/recorded.h"
 
 namespace mimesis::hw::sim {
@@ -13,11 +14,7 @@ namespace {
 
 constexpr std::array kFeet = {v1::FOOT_LEFT, v1::FOOT_RIGHT};
 
-void set(v1::Vector3* out, const Eigen::Vector3d& p_m) {
-  out->set_x_m(p_m.x());
-  out->set_y_m(p_m.y());
-  out->set_z_m(p_m.z());
-}
+using model::to_proto;
 
 void set(v1::Quaternion* out, const Eigen::Quaterniond& R) {
   out->set_w(R.w());
@@ -57,14 +54,14 @@ void to_proto(const Collisions& collisions, v1::BodyCollisions& out) {
 }
 
 void to_proto(const BodyTruth& truth, v1::BodyTruth& out) {
-  set(out.mutable_position_pelvis_in_world_m(), truth.X_WB.translation());
+  to_proto(truth.X_WB.translation(), *out.mutable_position_pelvis_in_world_m());
   set(out.mutable_world_from_pelvis(), Eigen::Quaterniond(truth.X_WB.linear()));
-  set(out.mutable_com_in_world_m(), truth.com_W_m);
+  to_proto(truth.com_W_m, *out.mutable_com_in_world_m());
   auto* velocity = out.mutable_com_velocity_in_world();
   velocity->set_x_m_s(truth.com_v_W.x());
   velocity->set_y_m_s(truth.com_v_W.y());
   velocity->set_z_m_s(truth.com_v_W.z());
-  set(out.mutable_zmp_in_world_m(), {truth.zmp_W_m.x(), truth.zmp_W_m.y(), 0.0});
+  to_proto({truth.zmp_W_m.x(), truth.zmp_W_m.y(), 0.0}, *out.mutable_zmp_in_world_m());
   out.clear_feet();
   out.clear_normal_n();
   out.clear_ankle_pitch_n_m();
@@ -73,11 +70,11 @@ void to_proto(const BodyTruth& truth, v1::BodyTruth& out) {
     const Eigen::Isometry3d& X_WS = truth.X_WS[i];
     v1::Footprint* foot = out.add_feet();
     foot->set_foot(kFeet[i]);
-    set(foot->mutable_position_in_world_m(), X_WS.translation());
+    to_proto(X_WS.translation(), *foot->mutable_position_in_world_m());
     foot->set_yaw_rad(math::yaw_of(X_WS.linear()));
     out.add_normal_n(truth.normal_n[i]);
     out.add_ankle_pitch_n_m(truth.ankle_pitch_n_m[i]);
-    set(out.add_hands_in_world_m(), truth.hand_W_m[i]);
+    to_proto(truth.hand_W_m[i], *out.add_hands_in_world_m());
   }
   out.set_fell(truth.fell);
   out.set_how(truth.how);
@@ -86,7 +83,7 @@ void to_proto(const BodyTruth& truth, v1::BodyTruth& out) {
 }
 
 void to_proto(const DrawerNow& drawer, v1::DrawerState& out) {
-  set(out.mutable_front_in_world_m(), drawer.front_W_m);
+  to_proto(drawer.front_W_m, *out.mutable_front_in_world_m());
   out.set_opened_m(drawer.opened_m);
   out.set_held(drawer.held);
   out.set_taken(drawer.taken);
@@ -256,8 +253,8 @@ void SimBodyNode::see_drawer(runtime::Time now) {
   camera_->look(now_s, {truth.X_WH, drawer.handle_W_m, drawer.object_W_m, truth.hand_W_m});
   while (const HeadSight* sight = camera_->arrived(now_s)) {
     sight_message_.Clear();
-    if (sight->handle_H_m) set(sight_message_.mutable_handle_in_head_m(), *sight->handle_H_m);
-    if (sight->object_H_m) set(sight_message_.mutable_object_in_head_m(), *sight->object_H_m);
+    if (sight->handle_H_m) to_proto(*sight->handle_H_m, *sight_message_.mutable_handle_in_head_m());
+    if (sight->object_H_m) to_proto(*sight->object_H_m, *sight_message_.mutable_object_in_head_m());
     sight_.send(sight_message_, runtime::from_seconds(sight->taken_s));
   }
 }

@@ -4,6 +4,7 @@
 
 #include "common/model/files.h"
 #include "common/model/task_message.h"
+#include "common/model/vector_message.h"
 #include "common/model/viewer.h"
 #include "hw/sim/world/random_table.h"
 
@@ -115,11 +116,9 @@ void WorldNode::follow_task(runtime::Time now) {
 
 void WorldNode::publish_state(runtime::Time now) {
   const ObjectModel& object = world_.object();
-  const Eigen::Vector3d p = object.cylinder().X_WO.translation();
   v1::WorldState state;
-  state.mutable_object_position_in_world_m()->set_x_m(p.x());
-  state.mutable_object_position_in_world_m()->set_y_m(p.y());
-  state.mutable_object_position_in_world_m()->set_z_m(p.z());
+  model::to_proto(object.cylinder().X_WO.translation(),
+                  *state.mutable_object_position_in_world_m());
   state.set_grasped(object.state() == ObjectState::held);
   state.set_moved(object.moved());
   state.set_dropped(!object.mishap().empty());

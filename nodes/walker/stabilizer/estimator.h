@@ -96,7 +96,7 @@ class Estimator {
       return (left * l + (1.0 - left) * r).eval();
     };
 
-    const double turn = std::remainder(seen[kLeft].yaw_rad - seen[kRight].yaw_rad, 2.0 * M_PI);
+    const double turn = math::wrap_pi(seen[kLeft].yaw_rad - seen[kRight].yaw_rad);
     now_.X_WB.linear() = about_z(seen[kRight].yaw_rad + left * turn) * R_IB;
     now_.X_WB.translation() = blend(seen[kLeft].p_WB_m, seen[kRight].p_WB_m);
     now_.com_W_m = blend(seen[kLeft].com_W_m, seen[kRight].com_W_m);
@@ -182,8 +182,7 @@ class Estimator {
     const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
     const Eigen::Isometry3d& X_BS = kinematics_.X_WL(biped_->leg[side].sole);
     Anchored a;
-    a.yaw_rad = std::remainder(math::yaw_of(X_WS.linear()) - math::yaw_of(R_IB * X_BS.linear()),
-                               2.0 * M_PI);
+    a.yaw_rad = math::wrap_pi(math::yaw_of(X_WS.linear()) - math::yaw_of(R_IB * X_BS.linear()));
     const Eigen::Matrix3d R_WB = about_z(a.yaw_rad) * R_IB;
     a.p_WB_m = X_WS.translation() - R_WB * X_BS.translation();
     a.com_W_m = a.p_WB_m + R_WB * kinematics_.com();
