@@ -64,12 +64,12 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
   std::vector<can::Wanted> wanted;  // all that a node sends or is sent
   for (const Axis& axis : options_.axes)
     wanted.push_back({static_cast<std::uint32_t>(axis.node_id), kLastNode});
+  wanted.push_back({sync().id, 0x7FF});
   bus_->want(wanted);
-  stop();
 }
 
 void JointDriver::stop() noexcept {
-  if (options_.readonly) return;
+  if (options_.readonly || !begun_) return;  // the drives are not ours
   try {
     outbox_.clear();
     for (AxisMaster& axis : axes_) axis.controlword = controlword::kQuickStop;
@@ -91,6 +91,15 @@ void JointDriver::lose(AxisMaster& axis, const std::string& why) {
   configured_ = false;
 }
 
+/// Two masters pull the drives to and fro: who has them stops them, who comes later leaves them
+/// alone.
+void JointDriver::meet_master() {
+  fault("another master runs this bus: its SYNC was heard");
+  if (configured_) return;
+  silent_until_ = now_ + kRetry;
+  begun_ = false;
+}
+
 void JointDriver::receive() {
   std::size_t count = 0;
   do {
@@ -101,6 +110,7 @@ void JointDriver::receive() {
         silent_until_ = now_ + kRetry;
       }
       if ((frame.id & can::kErrorFlag) != 0) continue;
+      if (frame.id == sync().id && !options_.readonly) meet_master();
       const Identity id = identify(frame);
       const int axis = axis_of_node_[static_cast<std::size_t>(id.node)];
       if (axis >= 0) axes_[static_cast<std::size_t>(axis)].handle(id, frame, now_);
@@ -325,11 +335,13 @@ const Reading& JointDriver::read(Time now) {
   const Time pause = begun_ ? now - now_ : Time(0);
   now_ = now;
   outbox_.clear();
-  if (!std::exchange(begun_, true)) {
+  receive();
+  if (!begun_ && now >= silent_until_) {
+    begun_ = true;
     entered_ = heartbeat_due_ = now;
+    stop();
     if (!options_.readonly) outbox_.push_back(nmt(Nmt::reset_communication, 0));
   }
-  receive();
   count_answers();
   if (options_.readonly) {
     const auto fresh = [&](const AxisMaster& a) {

@@ -31,11 +31,12 @@ struct JointDriverOptions {
 };
 
 /// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
-/// batch of frames out (set-points, then SYNC) and one in. After any fault all axes get a quick
-/// stop; a set-point is obeyed again only after Mode::idle, and starts at the actual posture.
+/// batch of frames out (set-points, then SYNC) and one in. The first is a quick stop, but on a bus
+/// that another master runs nothing is sent. After any fault all axes get a quick stop; a set-point
+/// is obeyed again only after Mode::idle, and starts at the actual posture.
 class JointDriver final : public PhasedActuators {
  public:
-  /// Sends a quick stop first. @throws ConfigError if the rate gives no interpolation period
+  /// @throws ConfigError if the rate gives no interpolation period
   JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> bus);
 
   const Reading& read(Time now) override;
@@ -49,6 +50,7 @@ class JointDriver final : public PhasedActuators {
 
  private:
   void receive();
+  void meet_master();
   void set_up();
   void supervise();
   void audit();

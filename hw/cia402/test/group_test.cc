@@ -110,14 +110,16 @@ TEST_F(Group, NobodyMovesBeforeAllFollow) {
   target = {0.4, 0.1, 0.1};
   double moved = 0.0;
   // A foreign hand keeps the other bus from switching on for a while.
-  auto foreign = wires[1].join();
+  auto tap = wires[1].join();
   for (int k = 0; k < 40; ++k) {
     cycle(Mode::follow);
     can::Frame frame = rpdo(1, 3);
     append(frame, controlword::kShutdown, 2);
     append(frame, 0, 4);
-    foreign->send(std::array{frame, sync()});
-    racks[1]->step(now - kGroupCycle / 4);
+    std::vector<can::Frame> answers;
+    for (const can::Frame& foreign : {frame, sync()})
+      racks[1]->drives()[0].handle(foreign, answers);  // on the wire its SYNC would be heard
+    tap->send(answers);
     moved = std::max(moved, std::abs(drive(0).position_rad() - 0.1));
     EXPECT_NE(reading.phase, Phase::following);
   }
