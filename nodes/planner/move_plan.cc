@@ -185,7 +185,7 @@ std::string beyond_limits(const kin::ArmModel& arm, const Eigen::VectorXd& q, do
     const bool within =
         link.endless ? std::isfinite(q[j]) : q[j] >= lo - tolerance && q[j] <= hi + tolerance;
     if (within) continue;  // NaN is in no range
-    return fmt::format("joint {} at {:g} {}, expected {:.4f} .. {:.4f}", j + 1, q[j],
+    return fmt::format("joint {} at {:.9g} {}, expected {:.4f} .. {:.4f}", j + 1, q[j],
                        link.slides ? "m" : "rad", lo, hi);
   }
   return {};
