@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/model/task_message.h"
+#include "common/model/messages.h"
 #include "nodes/cognition/links_file.h"
 #include "nodes/cognition/trial.h"
 

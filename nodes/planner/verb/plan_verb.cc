@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "common/error.h"
+#include "common/model/drawing.h"
 #include "common/model/files.h"
-#include "common/model/viewer.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
 #include "nodes/planner/move_plan.h"

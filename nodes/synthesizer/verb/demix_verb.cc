@@ -12,7 +12,6 @@
 #include <optional>
 
 #include "common/error.h"
-#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/held_out.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/mocap/trials.h"

@@ -21,7 +21,6 @@
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/service_manager.h"
-#include "common/runtime/stop_signal.h"
 #include "common/runtime/zmq_bus.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
