@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/model/messages.h"
-#include "nodes/cognition/links_file.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {

@@ -17,7 +17,6 @@
 #include "nodes/planner/move_plan.h"
 #include "nodes/planner/verb/plan_file.h"
 #include "tools/mimesis/log/new_log.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 

@@ -18,7 +18,6 @@
 #include "common/motion/model/motion_model.h"
 #include "common/time.h"
 #include "nodes/synthesizer/verb/trial_files.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
