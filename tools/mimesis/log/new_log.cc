@@ -12,7 +12,6 @@
 
 #include "common/error.h"
 #include "common/log/codec.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"
