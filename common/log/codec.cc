@@ -1,7 +1,9 @@
 #include "common/log/codec.h"
 
 #include <fmt/format.h>
+#include <libdeflate.h>
 #include <lz4frame.h>
+#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -192,6 +194,14 @@ std::string_view Decompressor::run_beginning(Compression compression, std::strin
   // It ends early: that is why we are here.
   static_cast<void>(impl_->stream(compression, bytes, std::min(size, kEager), size));
   return impl_->result();
+}
+
+std::uint32_t crc32(std::uint32_t crc, std::string_view bytes) {
+  return ::libdeflate_crc32(crc, bytes.data(), bytes.size());
+}
+
+std::uint32_t crc32_join(std::uint32_t crc_a, std::uint32_t crc_b, std::uint64_t size_b) {
+  return static_cast<std::uint32_t>(::crc32_combine(crc_a, crc_b, static_cast<z_off_t>(size_b)));
 }
 
 }  // namespace mimesis::log

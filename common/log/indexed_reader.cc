@@ -6,8 +6,8 @@
 #include <optional>
 #include <tuple>
 
-#include "common/log/crc32.h"
-#include "common/log/salvage.h"
+#include "common/log/codec.h"
+#include "common/log/records.h"
 #include "common/log/wire.h"
 
 namespace mimesis::log {

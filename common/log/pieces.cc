@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "common/log/crc32.h"
-#include "common/log/salvage.h"
+#include "common/log/codec.h"
+#include "common/log/records.h"
 #include "common/log/wire.h"
 
 namespace mimesis::log {

@@ -9,12 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "common/log/crc32.h"
+#include "common/log/codec.h"
 #include "common/log/io.h"
 #include "common/log/pieces.h"
 #include "common/log/read_ahead.h"
 #include "common/log/records.h"
-#include "common/log/salvage.h"
 #include "common/log/wire.h"
 
 namespace mimesis::log {

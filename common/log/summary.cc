@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/log/crc32.h"
+#include "common/log/codec.h"
 #include "common/log/wire.h"
 
 namespace mimesis::log {

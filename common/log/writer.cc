@@ -7,7 +7,7 @@
 #include <queue>
 #include <thread>
 
-#include "common/log/crc32.h"
+#include "common/log/codec.h"
 
 namespace mimesis::log {
 namespace {

@@ -4,11 +4,9 @@
 #include <map>
 
 #include "common/error.h"
-#include "common/kin/dh_rows.h"
-#include "common/model/arm_cover.h"
+#include "common/kin/arm.h"
 #include "common/model/files.h"
-#include "common/model/urdf_path.h"
-#include "common/robot/link_geometry.h"
+#include "common/robot/cover_balls.h"
 #include "common/robot/robot_tree.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"

@@ -5,8 +5,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
-#include "common/model/urdf_path.h"
-#include "common/robot/bodies.h"
+#include "common/robot/dynamics.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
 #include "common/shared_data.h"

@@ -1,6 +1,8 @@
 #include "common/model/drawing.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 
 #include "common/math/so3.h"
 
@@ -146,6 +148,125 @@ void add_frame(foxglove::FrameTransforms& transforms, const std::string& parent,
   t.set_child_frame_id(child);
   set_vector(pose.translation(), *t.mutable_translation());
   set_rotation(Eigen::Quaterniond(pose.linear()), *t.mutable_rotation());
+}
+
+namespace {
+
+constexpr Rgba kTable{0.75, 0.72, 0.68, 1.0}, kBar{0.25, 0.35, 0.55, 1.0},
+    kArm{0.95, 0.5, 0.1, 0.15}, kObject{0.1, 0.6, 0.3, 1.0}, kGoal{0.9, 0.2, 0.2, 0.4},
+    kLink{0.82, 0.84, 0.87, 1.0}, kJoint{0.95, 0.45, 0.1, 1.0}, kHand{0.2, 0.2, 0.22, 1.0};
+
+// The hand of the safety balls' size [models/README.md], as seen from E [m].
+constexpr double kAperture = 0.058;  // between the inner faces of the open fingers
+constexpr double kFinger = 0.012;    // radius of a finger
+constexpr double kTips = 0.026, kPalm = -0.05;
+constexpr double kSlim = 0.8;  // width of a link, relative to its safety balls [1]
+
+std::string frame_name(const std::string& prefix, std::size_t i) {
+  return prefix + "/" + std::to_string(i);
+}
+
+void draw_table(foxglove::SceneEntity& entity, const kin::Table& table) {
+  for (const kin::Box& box : table.boxes) {
+    add_box(entity, Eigen::Isometry3d(Eigen::Translation3d(box.center)), 2.0 * box.half_extent,
+            kTable);
+  }
+  for (const kin::Ball& ball : table.balls) add_ball(entity, ball.center, ball.radius, kBar);
+  for (const kin::GoalPlace& goal : table.goals) {
+    add_ball(entity, goal.position, goal.radius, kGoal);
+  }
+}
+
+/// An upright cylinder.
+void draw_object(foxglove::SceneEntity& entity, const kin::Table& table,
+                 const Eigen::Vector3d& center) {
+  const Eigen::Vector3d half(0.0, 0.0, 0.5 * table.object_height);
+  add_rod(entity, center - half, center + half, table.object_radius, kObject);
+}
+
+/// Origin of frame i - 1 in frame i, which joint i does not change: −Rᵀ t of its transform.
+Eigen::Vector3d joint_before(const kin::DhLink& link) {
+  return {-link.a, -link.d * std::sin(link.alpha), -link.d * std::cos(link.alpha)};
+}
+
+void draw_hand(foxglove::SceneEntity& entity, double closure) {
+  const double half_gap = 0.5 * kAperture * (1.0 - std::clamp(closure, 0.0, 1.0));
+  add_box(entity, Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, kPalm)),
+          {kAperture + 4.0 * kFinger, 0.06, 0.03}, kHand);
+  for (const double side : {-1.0, 1.0}) {
+    const double x = side * (half_gap + kFinger);
+    add_rod(entity, {x, 0.0, kPalm}, {x, 0.0, kTips - kFinger}, kFinger, kHand);
+    add_ball(entity, {x, 0.0, kTips - kFinger}, kFinger, kHand);
+  }
+}
+
+}  // namespace
+
+foxglove::SceneUpdate to_entities(const kin::Table& table, const kin::ArmModel& arm,
+                                  std::chrono::nanoseconds stamp) {
+  foxglove::SceneUpdate update;
+  draw_table(add_entity(update, "table", "world", stamp), table);
+  for (std::size_t frame = 0; frame < arm.links.size() + 1; ++frame) {
+    const std::string name = frame_name("arm", frame);
+    foxglove::SceneEntity& link = add_entity(update, name, name, stamp);
+    for (const kin::SafetyBall& ball : arm.balls) {
+      if (ball.frame == static_cast<int>(frame)) add_ball(link, ball.center, ball.radius, kArm);
+    }
+  }
+  draw_object(add_entity(update, "object", "object", stamp), table, Eigen::Vector3d::Zero());
+  return update;
+}
+
+foxglove::FrameTransforms to_transforms(const kin::ArmModel& arm,
+                                        const std::vector<Eigen::Isometry3d>& X,
+                                        const Eigen::Isometry3d& X_WO,
+                                        const std::vector<kin::GoalPlace>& goals,
+                                        std::chrono::nanoseconds stamp) {
+  foxglove::FrameTransforms transforms;
+  for (std::size_t i = 0; i < X.size(); ++i) {
+    add_frame(transforms, "world", frame_name("arm", i), X[i], stamp);
+  }
+  if (!X.empty()) add_frame(transforms, "world", "tool", X.back() * arm.X_LE, stamp);
+  add_frame(transforms, "world", "object", X_WO, stamp);
+  for (const kin::GoalPlace& goal : goals) {
+    add_frame(transforms, "world", "goal/" + goal.name,
+              Eigen::Isometry3d(Eigen::Translation3d(goal.position)), stamp);
+  }
+  return transforms;
+}
+
+foxglove::SceneUpdate to_robot(const kin::ArmModel& arm, double closure,
+                               std::chrono::nanoseconds stamp) {
+  foxglove::SceneUpdate update;
+  double radius = 0.05;  // radius of a frame; without balls: that of the frame before
+  for (std::size_t frame = 1; frame < arm.links.size() + 1; ++frame) {
+    const std::string name = frame_name("robot", frame);
+    foxglove::SceneEntity& entity = add_entity(update, name, name, stamp);
+    double largest = 0.0;
+    for (const kin::SafetyBall& ball : arm.balls) {
+      if (ball.frame == static_cast<int>(frame)) largest = std::max(largest, ball.radius);
+    }
+    if (largest > 0.0) radius = kSlim * largest;
+    add_rod(entity, joint_before(arm.links[frame - 1]), Eigen::Vector3d::Zero(), radius, kLink);
+    add_ball(entity, Eigen::Vector3d::Zero(), radius, kJoint);
+    if (frame == arm.links.size()) {
+      add_rod(entity, Eigen::Vector3d::Zero(), arm.X_LE * Eigen::Vector3d(0.0, 0.0, kPalm), radius,
+              kLink);
+    }
+  }
+  draw_hand(add_entity(update, "robot/tool", "robot/tool", stamp), closure);
+  return update;
+}
+
+foxglove::FrameTransforms to_robot_frames(const kin::ArmModel& arm,
+                                          const std::vector<Eigen::Isometry3d>& X,
+                                          std::chrono::nanoseconds stamp) {
+  foxglove::FrameTransforms transforms;
+  for (std::size_t i = 0; i < X.size(); ++i) {
+    add_frame(transforms, "world", frame_name("robot", i), X[i], stamp);
+  }
+  add_frame(transforms, "world", "robot/tool", X.back() * arm.X_LE, stamp);
+  return transforms;
 }
 
 }  // namespace mimesis::model

@@ -2,8 +2,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
-#include "common/model/task_message.h"
-#include "common/model/vector_message.h"
+#include "common/model/messages.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
 

@@ -1,5 +1,3 @@
-#include "common/robot/link_geometry.h"
-
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -10,6 +8,7 @@
 #include <sstream>
 
 #include "common/error.h"
+#include "common/robot/cover_balls.h"
 #include "common/robot/urdf_model.h"
 
 namespace mimesis::robot {

@@ -4,9 +4,9 @@
 #include <array>
 
 #include "common/error.h"
+#include "common/runtime/conductor.h"
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
-#include "common/runtime/schedule.h"
 #include "common/runtime/sockets.h"
 #include "proto/runtime.pb.h"
 

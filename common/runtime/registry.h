@@ -1,19 +1,49 @@
 #pragma once
+#include <sys/stat.h>
 #include <sys/types.h>
 
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "common/runtime/folder_changes.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {
+
+/// Tells by a folder's time of change whether entries may have come or gone: one system call a
+/// look. inotify would tell births at once, but closing one waits for the kernel (Linux 6.18: 8 ms
+/// on an idle machine, up to 10 s on a busy one), and with it the end of every process.
+class FolderChanges {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// True from a change on for 30 ms, since times of change within a tick of the kernel's clock are
+  /// equal; the first look counts as one.
+  bool look(const std::string& folder, Clock::time_point now) {
+    struct stat st {};
+    const bool there = stat(folder.c_str(), &st) == 0;
+    const std::int64_t at_ns = st.st_mtim.tv_sec * 1'000'000'000 + st.st_mtim.tv_nsec;
+    if (there && (st.st_ino != inode_ || at_ns != at_ns_)) {
+      inode_ = st.st_ino;
+      at_ns_ = at_ns;
+      changed_ = now;
+    }
+    return now < changed_ + kTick;
+  }
+  Clock::time_point changed() const { return changed_; }  ///< when the last change was seen
+
+ private:
+  static constexpr std::chrono::milliseconds kTick{30};
+  ino_t inode_ = 0;
+  std::int64_t at_ns_ = 0;
+  Clock::time_point changed_{};
+};
 
 /// @throws ConfigError unless `name` is 1-64 letters, digits, `_`, `-` or `.` and does not begin
 /// with `.`: it becomes a file name. `what`: "node name", "graph name".
@@ -100,6 +130,33 @@ class Registry {
   std::map<std::string, v1::NodeInfo> nodes_;
   std::map<std::string, int> suspects_;  ///< name -> looks left: to be read, or perhaps dying
   std::chrono::steady_clock::time_point next_look_{}, next_whole_{};
+};
+
+/// A node as other hosts see it: its tcp endpoints alone, with `address` in the place of any
+/// (0.0.0.0, [::]).
+v1::NodeInfo seen_from_afar(v1::NodeInfo node, const std::string& address);
+
+/// The nodes of other hosts in the directory of this one: entries as its own nodes have them, but
+/// seen from afar, held by this process. So nodes and tools of every host see the whole graph
+/// and need to know of no other host.
+class FarNodes {
+ public:
+  explicit FarNodes(std::string directory) : directory_(std::move(directory)) {}
+
+  /// Shows a node, or what has changed about it. A name that a node of this host has is left to it
+  /// and said once.
+  void show(const v1::NodeInfo& node);
+  void hide(const std::string& name) { shown_.erase(name); }
+  bool shows(std::uint64_t start_id) const;
+
+ private:
+  struct Shown {
+    std::uint64_t start_id = 0;
+    std::unique_ptr<RegistryEntry> entry;
+  };
+  std::string directory_;
+  std::map<std::string, Shown> shown_;
+  std::set<std::uint64_t> refused_;
 };
 
 }  // namespace mimesis::runtime

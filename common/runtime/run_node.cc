@@ -26,7 +26,6 @@
 #include "common/runtime/replay.h"
 #include "common/runtime/service_manager.h"
 #include "common/runtime/step_recorder.h"
-#include "common/runtime/stop_signal.h"
 #include "common/runtime/value_text.h"
 #include "proto/foxglove/log.pb.h"
 

@@ -24,4 +24,18 @@ void notify_alive();
 /// A quarter of the shorter watchdog time; an hour if nobody watches.
 std::chrono::nanoseconds alive_period();
 
+/// SIGINT and SIGTERM as a readable file descriptor. A second signal ends the process at once. One
+/// per process.
+class StopSignal {
+ public:
+  /// @param grace  time between the first signal and the descriptor
+  explicit StopSignal(std::chrono::milliseconds grace = {});
+  ~StopSignal();
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+
+  int fd() const;          ///< readable `grace` after the first signal
+  bool requested() const;  ///< there was a signal
+};
+
 }  // namespace mimesis::runtime

@@ -117,7 +117,7 @@ v1::NodeInfo describe(const BusOptions& options) {
 }  // namespace
 
 /// The parts of ZmqBus put together: its sockets, its entry in the graph, the other nodes. Those of
-/// other hosts are in the directory like ours (far_nodes.h).
+/// other hosts are in the directory like ours (FarNodes).
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
   /// ZeroMQ leaves the files of its sockets; the lock of `entry` is still ours.

@@ -22,7 +22,6 @@
 #include "experiments/planning/figures.h"
 #include "experiments/sight/figures.h"
 #include "experiments/walk/figures.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "common/motion/demix/baselines.h"
+#include "common/motion/demix/sisa.h"
 
 /// More methods that anechoic demixing is compared with. All are mixtures over the set's rows,
 /// means removed; all throw ConfigError as sisa() does for impossible sets and counts.

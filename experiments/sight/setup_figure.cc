@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/model/files.h"
 #include "experiments/sight/figures.h"
 #include "experiments/sight/shown_scene.h"

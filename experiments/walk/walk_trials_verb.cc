@@ -13,7 +13,6 @@
 #include "common/error.h"
 #include "experiments/walk/drawer/drawer_trial.h"
 #include "experiments/walk/trial/suites.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"

@@ -9,7 +9,6 @@
 #include "hw/bridge/bridge_params.h"
 #include "hw/bridge/command_gate.h"
 #include "hw/outside/recorded.h"
-#include "hw/outside/stop_inputs.h"
 #include "proto/bridge.pb.h"
 #include "proto/can.pb.h"
 #include "proto/foxglove/joint_states.pb.h"

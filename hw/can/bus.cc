@@ -25,8 +25,8 @@
 #include <vector>
 
 #include "common/error.h"
-#include "common/runtime/folder_changes.h"
 #include "common/runtime/log.h"
+#include "common/runtime/registry.h"
 #include "hw/can/slcan.h"
 
 namespace mimesis::hw::can {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "common/runtime/bus.h"

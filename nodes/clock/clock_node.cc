@@ -11,7 +11,6 @@
 #include "common/runtime/param_source.h"
 #include "common/runtime/ports.h"
 #include "common/runtime/service_manager.h"
-#include "common/runtime/stop_signal.h"
 #include "proto/runtime.pb.h"
 
 // Free-running simulated time: t = factor·(wall − start), from when all participants are ready.

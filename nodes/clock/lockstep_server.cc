@@ -10,7 +10,6 @@
 #include "common/runtime/ports.h"
 #include "common/runtime/service_manager.h"
 #include "common/runtime/sockets.h"
-#include "common/runtime/stop_signal.h"
 #include "nodes/clock/clock_node.h"
 
 namespace mimesis::clock {

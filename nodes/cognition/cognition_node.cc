@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "common/model/task_message.h"
-#include "nodes/cognition/links_file.h"
+#include "common/model/messages.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {

@@ -5,7 +5,7 @@
 #include <Eigen/SVD>
 
 #include "common/model/drawing.h"
-#include "common/model/vector_message.h"
+#include "common/model/messages.h"
 
 namespace mimesis::planner {
 namespace {

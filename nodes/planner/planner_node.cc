@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "common/model/drawing.h"
 #include "common/model/files.h"
-#include "common/model/task_message.h"
-#include "common/model/viewer.h"
+#include "common/model/messages.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
 #include "nodes/planner/plan_drawing.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/model/vector_message.h"
+#include "common/model/messages.h"
 #include "nodes/planner/planner_node.h"
 
 namespace mimesis::planner {

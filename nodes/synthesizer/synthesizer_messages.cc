@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/math/circle.h"
-#include "common/model/vector_message.h"
+#include "common/model/messages.h"
 #include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {

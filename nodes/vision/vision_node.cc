@@ -10,9 +10,8 @@
 
 #include "common/model/drawing.h"
 #include "common/model/files.h"
+#include "common/model/messages.h"
 #include "common/model/rig_file.h"
-#include "common/model/task_message.h"
-#include "common/model/vector_message.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/sight_drawing.h"
 

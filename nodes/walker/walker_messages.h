@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "common/model/vector_message.h"
+#include "common/model/messages.h"
 #include "common/time.h"
 #include "nodes/walker/walk_wish.h"
 #include "proto/bridge.pb.h"

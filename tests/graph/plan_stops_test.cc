@@ -13,7 +13,7 @@
 #include "hw/can/testing/faulty_wire.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "nodes/planner/task_plan.h"
 
 namespace mimesis {

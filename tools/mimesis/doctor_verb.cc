@@ -21,7 +21,6 @@
 
 #include "common/error.h"
 #include "tools/mimesis/graph_tools.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log_folder.h"
 #include "tools/mimesis/machine_state.h"
 #include "tools/mimesis/table.h"

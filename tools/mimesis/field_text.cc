@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/stubs/strutil.h>
+#include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
 #include <cctype>
@@ -225,6 +226,18 @@ Json field_json(const Message& message, const std::string& path, bool words) {
   JsonText(text, BytesText::length, words && at.leaf().enum_type() != nullptr, true)
       .field(message, at);
   return Json::parse(text);
+}
+
+void from_json(const std::string& json, const std::string& what,
+               google::protobuf::Message& message) {
+  // The type may be a dynamic one: Protobuf resolves it in the message's own pool.
+  const auto status = google::protobuf::util::JsonStringToMessage(json, &message);
+  if (status.ok()) return;
+  std::string why(status.message());
+  if (json.find("{\"bytes\":") != std::string::npos) {
+    why += "; bytes are text in base64 (topic echo --bytes base64)";
+  }
+  throw ConfigError(what + ": " + message.GetDescriptor()->full_name() + ": " + why);
 }
 
 }  // namespace mimesis::tool

@@ -139,4 +139,9 @@ nlohmann::ordered_json field_json(const google::protobuf::Message& message, cons
 /// UNSPECIFIED.
 nlohmann::ordered_json short_word(const google::protobuf::EnumValueDescriptor& value);
 
+/// Fills a message from JSON with the field names of its .proto file, as `topic echo --json` and
+/// to_json write it: null is nothing given. @throws ConfigError that names `what`
+void from_json(const std::string& json, const std::string& what,
+               google::protobuf::Message& message);
+
 }  // namespace mimesis::tool

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/known_verbs.h"
+#include "tools/mimesis/verb.h"
 
 namespace fs = std::filesystem;
 

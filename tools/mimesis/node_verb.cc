@@ -7,7 +7,6 @@
 
 #include "common/runtime/raw.h"
 #include "tools/mimesis/graph_tools.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 

@@ -10,7 +10,6 @@
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/graph_tools.h"
-#include "tools/mimesis/json_message.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 

@@ -27,8 +27,6 @@
 #include "proto/foxglove/log.pb.h"
 #include "proto/params.pb.h"
 #include "tools/mimesis/graph_tools.h"
-#include "tools/mimesis/human.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"

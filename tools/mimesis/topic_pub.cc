@@ -12,13 +12,11 @@
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "common/runtime/zmq_bus.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/json_depth.h"
-#include "tools/mimesis/json_message.h"
-#include "tools/mimesis/live_topics.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"
-#include "tools/mimesis/topic_verb.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

@@ -1,5 +1,3 @@
-#include "tools/mimesis/topic_verb.h"
-
 #include <fmt/format.h>
 #include <google/protobuf/message.h>
 #include <unistd.h>
@@ -22,8 +20,6 @@
 #include "common/time.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/graph_tools.h"
-#include "tools/mimesis/human.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/rate_window.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"

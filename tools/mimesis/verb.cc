@@ -9,7 +9,6 @@
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/known_verbs.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {

@@ -1,10 +1,11 @@
+#include "common/image/image.h"
+
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
 #include <cmath>
 #include <fstream>
 
-#include "common/image/image_file.h"
 #include "common/testing/temporary_folder.h"
 
 namespace mimesis::image {

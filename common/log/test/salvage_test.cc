@@ -1,8 +1,7 @@
-#include "common/log/salvage.h"
-
 #include <gtest/gtest.h>
 
 #include "common/log/codec.h"
+#include "common/log/records.h"
 
 namespace mimesis::log {
 namespace {

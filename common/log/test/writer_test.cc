@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "common/log/crc32.h"
+#include "common/log/codec.h"
 #include "common/log/stream_reader.h"
 #include "common/log/summary.h"
 #include "common/log/test/sample_log.h"

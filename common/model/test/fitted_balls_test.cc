@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "common/error.h"
-#include "common/model/arm_cover.h"
 #include "common/model/files.h"
 #include "common/robot/kinematics.h"
 #include "common/testing/temporary_folder.h"

@@ -1,9 +1,8 @@
-#include "common/model/viewer.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
 
+#include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/test/model_texts.h"
 

@@ -3,7 +3,6 @@
 #include <limits>
 #include <string>
 
-#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/mixture.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/mocap/trials.h"

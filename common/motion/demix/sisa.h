@@ -99,4 +99,14 @@ void check_count(const mocap::Trials& set, int sources, int given);
 /// Independent rows of the set, means and Nyquist bin removed, as far as rounding lets one see.
 Eigen::Index rank(const mocap::Trials& set);
 
+/// What anechoic demixing is compared with: principal component analysis of the trajectories, the
+/// best mixture without delays. Sources are orthogonal, in the order of their energy.
+/// @throws ConfigError as sisa() for impossible sets and counts
+Mixture principal_components(const mocap::Trials& set, int components);
+
+/// Numbers that describe the mixture, means apart: sources, weights and free delays. With tied
+/// delays one per row of a trial and source.
+enum class Delays { none, tied, free };
+std::int64_t parameter_count(const Mixture& mixture, const mocap::Trials& set, Delays delays);
+
 }  // namespace mimesis::demix

@@ -1,5 +1,3 @@
-#include "common/motion/mocap/c3d.h"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "common/error.h"
+#include "common/motion/mocap/markers.h"
 #include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {

@@ -1,11 +1,180 @@
 #include "common/motion/mocap/clip_file.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include "common/error.h"
 #include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {
+namespace {
+
+bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+std::string shown(std::string_view word) {
+  return std::string(word.substr(0, 40)) + (word.size() > 40 ? "..." : "");
+}
+
+}  // namespace
+
+bool same_word(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lower(x) == lower(y); });
+}
+
+void TextScanner::skip_blanks() {
+  while (at_ < text_.size() && blank(text_[at_])) ++at_;
+}
+
+std::string_view TextScanner::take_word() {
+  const std::size_t begin = at_;
+  if (at_ < text_.size() && (text_[at_] == '{' || text_[at_] == '}')) {
+    return text_.substr(at_++, 1);
+  }
+  while (at_ < text_.size()) {
+    const char c = text_[at_];
+    if (blank(c) || c == '\n' || c == '{' || c == '}') break;
+    ++at_;
+  }
+  return text_.substr(begin, at_ - begin);
+}
+
+std::string_view TextScanner::word() {
+  next_line();
+  return take_word();
+}
+
+std::string_view TextScanner::word_in_line() {
+  skip_blanks();
+  return take_word();
+}
+
+std::string_view TextScanner::rest_of_line() {
+  skip_blanks();
+  const std::size_t begin = at_;
+  while (at_ < text_.size() && text_[at_] != '\n' && text_[at_] != '{') ++at_;
+  std::size_t end = at_;
+  while (end > begin && blank(text_[end - 1])) --end;
+  return text_.substr(begin, end - begin);
+}
+
+void TextScanner::skip_line() { at_ = std::min(text_.find('\n', at_), text_.size()); }
+
+bool TextScanner::next_line() {
+  for (skip_blanks(); at_ < text_.size() && text_[at_] == '\n'; skip_blanks()) {
+    ++at_;
+    ++line_;
+  }
+  return at_ < text_.size();
+}
+
+double TextScanner::to_number(std::string_view word) const {
+  std::string_view digits = word;
+  if (digits.size() > 1 && digits.front() == '+' && digits[1] != '-') digits.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  // a number too small for a double (1e-400) is zero, one too large is not a number
+  const bool tiny = error == std::errc::result_out_of_range &&
+                    (digits.find("e-") != digits.npos || digits.find("E-") != digits.npos);
+  if (digits.empty() || end != digits.data() + digits.size() || (error != std::errc() && !tiny) ||
+      !std::isfinite(value)) {
+    fail_found(word, "a number");
+  }
+  return tiny ? 0.0 : value;
+}
+
+double TextScanner::number_in_line() { return to_number(word_in_line()); }
+double TextScanner::number() { return to_number(word()); }
+
+long TextScanner::integer() {
+  const std::string_view text = word();
+  long value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || end != text.data() + text.size() || error != std::errc()) {
+    fail_found(text, "a whole number");
+  }
+  return value;
+}
+
+std::string_view TextScanner::peek() {
+  const std::size_t at = at_;
+  const int line = line_;
+  const std::string_view found = word();
+  at_ = at;
+  line_ = line;
+  return found;
+}
+
+void TextScanner::expect(std::string_view wanted) {
+  const std::string_view found = word();
+  if (!same_word(found, wanted)) fail_found(found, "'" + std::string(wanted) + "'");
+}
+
+void TextScanner::expect_line_end(const std::string& expected) {
+  const std::string_view more = word_in_line();
+  if (!more.empty()) fail_found(more, "the end of the line" + expected);
+}
+
+void TextScanner::fail(const std::string& what) const {
+  throw ConfigError(one_line(std::string(file_) + ':' + std::to_string(line_) + ": " + what));
+}
+
+void TextScanner::fail_found(std::string_view found, const std::string& expected) const {
+  const std::string end = at_ >= text_.size() ? "the end of the file" : "the end of the line";
+  fail("found " + (found.empty() ? end : "'" + shown(found) + "'") + ", expected " + expected);
+}
+
+std::string read_bytes(const std::string& file) {
+  std::error_code error;
+  std::ifstream in(file, std::ios::binary);
+  if (!in || std::filesystem::is_directory(file, error)) {
+    throw ConfigError(file + ": cannot be read, expected a motion file");
+  }
+  in.seekg(0, std::ios::end);
+  std::string bytes(static_cast<std::size_t>(std::max<std::streamoff>(in.tellg(), 0)), '\0');
+  in.seekg(0);
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!in) throw ConfigError(file + ": cannot be read to its end");
+  return bytes;
+}
+
+std::string base_name(const std::string& file) {
+  return std::filesystem::path(file).filename().string();
+}
+
+void check_clip_size(const std::string& file, std::size_t file_bytes, std::size_t joints,
+                     std::size_t frames) {
+  constexpr std::size_t kMost = 256;  // bytes of clip for one of the file
+  if (frames > 0 && 24 * (joints + 1) > kMost * file_bytes / frames) {
+    throw ConfigError(file + ": " + std::to_string(frames) + " frames of " +
+                      std::to_string(joints) + " joints, expected a file of more than " +
+                      std::to_string(file_bytes) + " bytes");
+  }
+}
+
+void check_lengths(const std::string& file, const Clip& clip) {
+  constexpr double kMost_m = 1e4;
+  const auto check = [&](const Eigen::Vector3d& length_m, const std::string& what) {
+    if (length_m.cwiseAbs().maxCoeff() < kMost_m) return;
+    throw ConfigError(one_line(file + ": " + what + ", expected less than 10 km"));
+  };
+  for (const auto* joints : {&clip.skeleton.joints, &clip.skeleton.ends}) {
+    for (const Joint& j : *joints) check(j.offset_m, "'" + j.name + "' is too far from its parent");
+  }
+  for (Eigen::Index f = 0; f < clip.frames(); ++f) {
+    check(clip.root_position_W_m.col(f),
+          "the root is too far away in frame " + std::to_string(f + 1));
+  }
+}
+
+void check_options(const ReadOptions& options) {
+  if (!std::isfinite(options.unit_m) || options.unit_m < 0.0) {
+    throw ConfigError("unit_m " + std::to_string(options.unit_m) +
+                      ", expected a length above zero, or 0 for the file's own");
+  }
+}
 
 Clip read_clip(const std::string& file, const ReadOptions& options) {
   const std::string ending = std::filesystem::path(file).extension().string();

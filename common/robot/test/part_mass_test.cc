@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "common/robot/bodies.h"
+#include "common/robot/dynamics.h"
 #include "common/robot/test/random_motion.h"
 #include "common/robot/test/small_robot.h"
 #include "common/robot/test/test_bipeds.h"

@@ -1,6 +1,4 @@
 // Nodes of other hosts, and the keys that they need.
-#include "common/runtime/far_nodes.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -13,6 +11,7 @@
 #include "common/runtime/keys.h"
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
+#include "common/runtime/registry.h"
 #include "common/runtime/sockets.h"
 #include "common/runtime/zmq_bus.h"
 #include "common/testing/process.h"

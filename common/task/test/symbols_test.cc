@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/model/task_message.h"
+#include "common/model/messages.h"
 #include "common/testing/refusal.h"
 
 namespace mimesis::task {

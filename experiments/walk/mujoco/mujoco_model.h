@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hw/sim/body/motor_model.h"
+#include "hw/sim/body/body_world.h"
 
 namespace mimesis::walk {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include "experiments/walk/mujoco/engine.h"
 #include "experiments/walk/mujoco/mujoco_model.h"
-#include "hw/sim/body/fall_judge.h"
+#include "hw/sim/body/walk_judge.h"
 
 namespace mimesis::walk {
 

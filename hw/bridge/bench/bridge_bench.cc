@@ -22,7 +22,7 @@
 
 #include "common/time.h"
 #include "hw/cia402/joint_driver.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw {
 namespace {

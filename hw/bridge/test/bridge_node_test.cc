@@ -10,7 +10,7 @@
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
 #include "common/testing/refusal.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "hw/sim/hand/hand.h"
 #include "hw/sim/powercube/module.h"
 

@@ -9,7 +9,7 @@
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
 #include "hw/bridge/bridge_node.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "hw/sim/hand/hand.h"
 
 namespace mimesis::hw::bridge {

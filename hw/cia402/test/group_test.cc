@@ -7,7 +7,7 @@
 #include "common/testing/no_malloc.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw::cia402 {
 namespace {

@@ -15,7 +15,7 @@
 #include "common/testing/loopback.h"
 #include "common/testing/no_malloc.h"
 #include "hw/can/testing/memory_wire.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace {
 thread_local bool locks_refused = false;

@@ -10,7 +10,7 @@
 
 #include "common/time.h"
 #include "hw/can/testing/memory_wire.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw::cia402 {
 namespace {

@@ -13,7 +13,7 @@
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/powercube/driver.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "hw/sim/powercube/module.h"
 
 namespace mimesis::hw {

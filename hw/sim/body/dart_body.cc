@@ -21,7 +21,7 @@
 #include <limits>
 
 #include "common/error.h"
-#include "hw/sim/body/motor_model.h"
+#include "hw/sim/body/body_world.h"
 
 namespace mimesis::hw::sim {
 namespace {

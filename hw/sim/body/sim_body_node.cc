@@ -6,7 +6,7 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "common/model/files.h"
-#include "common/model/vector_message.h"
+#include "common/model/messages.h"
 #include "hw/outside/recorded.h"
 
 namespace mimesis::hw::sim {

@@ -13,7 +13,7 @@
 #include "hw/sim/body/body_world.h"
 #include "hw/sim/body/drawer.h"
 #include "hw/sim/body/outcome_messages.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "proto/bridge.pb.h"
 #include "proto/walker.pb.h"
 

@@ -7,7 +7,7 @@
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "hw/cia402/axis.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "proto/bridge.pb.h"
 
 namespace mimesis::hw::sim {

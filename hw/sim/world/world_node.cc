@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "common/model/drawing.h"
 #include "common/model/files.h"
-#include "common/model/task_message.h"
-#include "common/model/vector_message.h"
-#include "common/model/viewer.h"
+#include "common/model/messages.h"
 #include "hw/sim/world/random_table.h"
 
 namespace mimesis::world {

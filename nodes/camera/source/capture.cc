@@ -12,7 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 
 namespace mimesis::camera {
 namespace {

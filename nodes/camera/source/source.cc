@@ -14,7 +14,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/time.h"
 
 extern char** environ;

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "common/testing/loopback.h"

@@ -7,7 +7,7 @@
 #include <deque>
 #include <fstream>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/testing/refusal.h"
 #include "common/testing/temporary_folder.h"
 #include "nodes/camera/source/capture.h"

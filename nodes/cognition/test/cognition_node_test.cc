@@ -7,7 +7,7 @@
 
 #include "common/testing/loopback.h"
 #include "common/testing/refusal.h"
-#include "nodes/cognition/links_file.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/test/files.h"
 
 namespace mimesis::cognition {

@@ -10,7 +10,7 @@
 #include "common/error.h"
 #include "common/testing/no_malloc.h"
 #include "common/testing/refusal.h"
-#include "nodes/cognition/links_file.h"
+#include "nodes/cognition/network_file.h"
 #include "nodes/cognition/test/files.h"
 #include "nodes/cognition/test/wired.h"
 #include "nodes/cognition/trial.h"

@@ -1,9 +1,9 @@
 #pragma once
 #include <vector>
 
+#include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/engine/crowd.h"
 #include "nodes/crowd/engine/neighbours.h"
-#include "nodes/crowd/engine/table.h"
 #include "nodes/crowd/engine/walk.h"
 #include "nodes/crowd/rules/coupling_graph.h"
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/engine/crowd.h"
-#include "nodes/crowd/engine/table.h"
 
 namespace mimesis::crowd {
 

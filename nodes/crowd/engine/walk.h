@@ -2,7 +2,6 @@
 #include <array>
 
 #include "nodes/crowd/engine/agent.h"
-#include "nodes/crowd/engine/table.h"
 #include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
 

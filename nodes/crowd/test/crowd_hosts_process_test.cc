@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <map>
 
-#include "common/runtime/far_nodes.h"
 #include "common/runtime/keys.h"
+#include "common/runtime/registry.h"
 #include "common/testing/net_host.h"
 #include "nodes/crowd/test/scenario_file.h"
 #include "proto/crowd.pb.h"

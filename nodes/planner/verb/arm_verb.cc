@@ -8,7 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "common/model/arm_cover.h"
+#include "common/model/files.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 

@@ -10,14 +10,13 @@
 #include <sstream>
 
 #include "common/error.h"
+#include "common/model/drawing.h"
 #include "common/model/files.h"
-#include "common/model/viewer.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
 #include "nodes/planner/move_plan.h"
 #include "nodes/planner/verb/plan_file.h"
 #include "tools/mimesis/log/new_log.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 

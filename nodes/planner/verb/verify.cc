@@ -1,5 +1,3 @@
-#include "nodes/planner/verb/verify.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "nodes/planner/verb/plan_file.h"
 
 namespace mimesis::tool {
 namespace {

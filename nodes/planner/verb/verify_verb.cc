@@ -9,7 +9,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
-#include "nodes/planner/verb/verify.h"
+#include "nodes/planner/verb/plan_file.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {

@@ -7,7 +7,6 @@
 #include <random>
 
 #include "common/math/circle.h"
-#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/mocap/trials.h"
 #include "common/shared_data.h"

@@ -12,14 +12,12 @@
 #include <optional>
 
 #include "common/error.h"
-#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/held_out.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "common/time.h"
 #include "nodes/synthesizer/verb/trial_files.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"

@@ -14,7 +14,7 @@
 #include "common/model/files.h"
 #include "common/motion/mocap/body_from_markers.h"
 #include "common/motion/mocap/body_map.h"
-#include "common/motion/mocap/c3d.h"
+#include "common/motion/mocap/markers.h"
 #include "common/motion/mocap/trials.h"
 
 namespace mimesis::tool {

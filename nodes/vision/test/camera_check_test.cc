@@ -1,5 +1,3 @@
-#include "nodes/vision/camera_check.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/shared_data.h"
 #include "nodes/vision/blob_tracker.h"
 #include "nodes/vision/teach.h"

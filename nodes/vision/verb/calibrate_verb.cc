@@ -11,10 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/model/rig_file.h"
 #include "nodes/vision/verb/calibration_pictures.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 

@@ -7,7 +7,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/plot/gnuplot.h"
 
 namespace mimesis::tool {

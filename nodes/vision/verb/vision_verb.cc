@@ -9,9 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/runtime/value_text.h"
-#include "nodes/vision/camera_check.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/teach.h"
 #include "tools/mimesis/table.h"

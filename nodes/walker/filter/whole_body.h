@@ -1,5 +1,4 @@
 #pragma once
-#include "common/robot/bodies.h"
 #include "common/robot/dynamics.h"
 #include "common/robot/leg_ik.h"
 #include "nodes/walker/pattern/pattern.h"

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "tools/mimesis/hw/hw_tools.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {

@@ -1,11 +1,12 @@
-#include "tools/mimesis/launch/check.h"
-
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
+#include <poll.h>
 #include <sched.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <deque>
 #include <filesystem>
 #include <map>
@@ -19,8 +20,8 @@
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
+#include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/process.h"
-#include "tools/mimesis/launch/ssh_masters.h"
 
 namespace mimesis::launch {
 namespace {
@@ -30,6 +31,92 @@ using runtime::did_you_mean;
 using Json = nlohmann::json;
 
 constexpr std::chrono::milliseconds kAnswer{10'000};  // in its own check a node may learn or paint
+
+constexpr std::chrono::seconds kSshEnd{2};
+constexpr std::size_t kSshSuffix = 18;  // ssh binds the socket under a longer name first
+
+/// What the user's configuration says of a host, before anything is connected.
+Command configuration(const Host& host) { return {{"ssh", "-G", host.target()}, {}}; }
+
+bool shares_already(const std::string& configuration) {
+  return ("\n" + configuration).find("\ncontrolpath ") != std::string::npos;
+}
+
+/// One ssh connection to each of some hosts, which further calls of ssh share (ControlMaster), in
+/// sockets of a folder of this process that is removed at the end. A host for which the user's
+/// configuration names a ControlPath is left to that.
+class SshMasters {
+ public:
+  /// Begins to connect. @param folder  parent of its folder, for instance of graphs
+  SshMasters(const std::vector<const Host*>& hosts, const std::string& folder);
+  ~SshMasters();
+  SshMasters(const SshMasters&) = delete;
+  SshMasters& operator=(const SshMasters&) = delete;
+
+  /// Options by which ssh uses the connection, once it stands; none: it uses one of its own.
+  std::vector<std::string> options(const Host& host);
+  /// Why there is no connection; empty: there is, or nobody has asked for one.
+  std::string failure(const Host& host);
+
+ private:
+  struct Master {
+    std::string socket;
+    std::unique_ptr<OwnProcess> ssh;
+  };
+  /// Waits until it stands or has failed.
+  Master* find(const Host& host);
+
+  std::string folder_;
+  std::map<std::string, Master> masters_;  ///< by target
+};
+
+SshMasters::SshMasters(const std::vector<const Host*>& hosts, const std::string& folder) {
+  if (hosts.empty()) return;
+  folder_ = folder + "/ssh-XXXXXX";
+  if (mkdtemp(folder_.data()) == nullptr) folder_.clear();
+  if (folder_.empty() || folder_.size() + 4 + kSshSuffix >= sizeof sockaddr_un{}.sun_path) return;
+  std::vector<std::unique_ptr<OwnProcess>> asked;
+  for (const Host* host : hosts)
+    asked.push_back(std::make_unique<OwnProcess>(configuration(*host)));
+  for (std::size_t i = 0; i < hosts.size(); ++i) {
+    if (!asked[i]->wait(kSshEnd) || shares_already(asked[i]->last_words(1 << 16))) continue;
+    Master& master = masters_[hosts[i]->target()];
+    if (master.ssh) continue;
+    master.socket = fmt::format("{}/{}", folder_, i);
+    Command c = ssh(*hosts[i], "", {"-o", "ControlPersist=no", "-N", "-M", "-S", master.socket});
+    c.argv.resize(c.argv.size() - 2);  // no command
+    master.ssh = std::make_unique<OwnProcess>(c);
+  }
+}
+
+SshMasters::~SshMasters() {
+  for (auto& [target, master] : masters_) master.ssh->send(SIGTERM);
+  for (auto& [target, master] : masters_) master.ssh->wait(kSshEnd);
+  std::error_code ignored;
+  if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
+}
+
+SshMasters::Master* SshMasters::find(const Host& host) {
+  const auto found = masters_.find(host.target());
+  if (found == masters_.end()) return nullptr;
+  Master& master = found->second;
+  // ssh has a time-out of its own.
+  while (!master.ssh->ending() && access(master.socket.c_str(), F_OK) != 0) poll(nullptr, 0, 2);
+  return &master;
+}
+
+std::vector<std::string> SshMasters::options(const Host& host) {
+  const Master* master = find(host);
+  if (master == nullptr || master->ssh->ending()) return {};
+  return {"-S", master->socket};
+}
+
+std::string SshMasters::failure(const Host& host) {
+  const Master* master = find(host);
+  if (master == nullptr || !master->ssh->ending()) return {};
+  return fmt::format("host '{}' cannot be used: ssh {}: {}", host.name.text,
+                     master->ssh->ending()->text(), master->ssh->last_words());
+}
 
 struct Port {
   std::string name, type;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "common/runtime/far_nodes.h"
 #include "common/runtime/raw.h"
+#include "common/runtime/registry.h"
 #include "common/time.h"
 #include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/table.h"

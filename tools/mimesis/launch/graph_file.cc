@@ -17,7 +17,6 @@
 #include "common/error.h"
 #include "common/runtime/value_text.h"
 #include "common/time.h"
-#include "tools/mimesis/launch/expand.h"
 #include "tools/mimesis/launch/join.h"
 
 namespace mimesis::launch {

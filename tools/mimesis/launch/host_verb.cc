@@ -6,7 +6,6 @@
 #include <filesystem>
 
 #include "common/error.h"
-#include "common/runtime/far_nodes.h"
 #include "common/runtime/graph_time.h"
 #include "common/runtime/keys.h"
 #include "common/runtime/log.h"

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/far_nodes.h"
 #include "common/runtime/ports.h"
+#include "common/runtime/registry.h"
 #include "common/runtime/zmq_bus.h"
 #include "tools/mimesis/launch/far_host.h"
 

@@ -14,8 +14,6 @@
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
-#include "tools/mimesis/human.h"
-#include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/export.h"
 #include "tools/mimesis/launch/file_help.h"
@@ -26,7 +24,7 @@
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/log_folder.h"
 #include "tools/mimesis/machine_state.h"
-#include "tools/mimesis/number_check.h"
+#include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::launch {

@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "tools/mimesis/launch/granted.h"
+#include "tools/mimesis/launch/process.h"
 
 namespace mimesis::launch {
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 #include <poll.h>
 #include <sys/mman.h>
+#include <sys/types.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,14 +9,53 @@
 #include <csignal>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/machine_time.h"
 #include "tools/mimesis/launch/command.h"
-#include "tools/mimesis/launch/confinement.h"
-#include "tools/mimesis/launch/fd.h"
+#include "tools/mimesis/launch/graph_file.h"
 
 namespace mimesis::launch {
+
+/// A file descriptor that closes itself.
+class Fd {
+ public:
+  Fd() = default;
+  explicit Fd(int fd) : fd_(fd) {}
+  ~Fd() { reset(); }
+  Fd(Fd&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
+  Fd& operator=(Fd&& other) noexcept {
+    std::swap(fd_, other.fd_);  // the other one closes ours
+    return *this;
+  }
+  int get() const { return fd_; }
+  bool open() const { return fd_ >= 0; }
+  void reset() {
+    if (fd_ >= 0) close(fd_);
+    fd_ = -1;
+  }
+
+ private:
+  int fd_ = -1;
+};
+
+/// Keeps a program from changing anything: for programs that a log names, with parameters that the
+/// log holds. Files are read-only, but for those below one folder; there are no devices but
+/// /dev/null, /dev/zero and /dev/urandom, no sockets but those that are open, no other process to
+/// send signals to or to look into. By Landlock (files; Linux 5.13, in Debian 12 on by default) and
+/// seccomp (sockets), because both need neither privileges nor a further program, which
+/// bubblewrap is, and work in containers, where namespaces are often refused.
+class Confinement {
+ public:
+  /// `writable`: a folder. @throws ConfigError if the kernel has no Landlock
+  explicit Confinement(const std::string& writable);
+  /// For the child, between fork and exec: async-signal-safe. False: errno says why.
+  bool enter() const;
+
+ private:
+  Fd rules_;
+};
 
 struct Pipe {
   Fd read, write;
@@ -111,5 +151,10 @@ class OwnProcess {
   Child child_;
   std::optional<Ending> ending_;
 };
+
+/// What the system did not grant a process of `sched`, in one line; empty: it has all. Policy,
+/// priority and CPUs of each of its threads are read back, a CPU that a container withholds is
+/// left out without an error. `locked`: whether memory must be locked by now.
+std::string not_granted(pid_t pid, const Sched& sched, bool locked);
 
 }  // namespace mimesis::launch

@@ -24,8 +24,8 @@
 #include "tools/mimesis/json_depth.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

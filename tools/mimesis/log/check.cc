@@ -16,7 +16,6 @@
 #include "common/log/codec.h"
 #include "common/log/stream_reader.h"
 #include "common/runtime/raw.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"

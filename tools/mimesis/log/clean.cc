@@ -5,9 +5,9 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/log_folder.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {

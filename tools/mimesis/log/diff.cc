@@ -16,12 +16,11 @@
 #include "common/runtime/own_topics.h"
 #include "common/runtime/value_text.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

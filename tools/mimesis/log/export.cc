@@ -15,7 +15,7 @@
 #include <optional>
 #include <set>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/field_columns.h"

@@ -1,10 +1,10 @@
-#include "tools/mimesis/log/former_names.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+
+#include "tools/mimesis/log/replay_log.h"
 
 namespace mimesis::tool {
 namespace {

@@ -14,7 +14,6 @@
 
 #include "common/runtime/own_topics.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/verb_options.h"

@@ -11,8 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "common/log/crc32.h"
-#include "tools/mimesis/human.h"
+#include "common/log/codec.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"

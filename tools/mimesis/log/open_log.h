@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/log/crc32.h"
+#include "common/log/codec.h"
 #include "common/log/merged_reader.h"
 #include "common/log/summary.h"
 #include "tools/mimesis/log/provenance.h"

@@ -21,18 +21,17 @@
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/service_manager.h"
-#include "common/runtime/stop_signal.h"
 #include "common/runtime/zmq_bus.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
+#include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/launch/process.h"
-#include "tools/mimesis/live_topics.h"
 #include "tools/mimesis/log/play_parts.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

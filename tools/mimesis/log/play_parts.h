@@ -24,7 +24,7 @@
 #include "proto/foxglove/log.pb.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
-#include "tools/mimesis/live_topics.h"
+#include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/log/playback.h"
 
 // Parts of a player: where it is in the log and how late, the marks of its time line, and its side

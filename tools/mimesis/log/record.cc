@@ -23,10 +23,10 @@
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/topic_filter.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

@@ -24,10 +24,10 @@
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/progress.h"
+#include "tools/mimesis/table.h"
 
 // A recording: messages on their way into it, and its files.
 namespace mimesis::tool {

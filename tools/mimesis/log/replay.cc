@@ -18,8 +18,8 @@
 #include "tools/mimesis/log/replay_step.h"
 #include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -14,11 +15,20 @@
 #include "common/runtime/own_topics.h"
 #include "common/runtime/value_text.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/log/former_names.h"
 #include "tools/mimesis/log/open_log.h"
 
 // The recorded steps of a node.
 namespace mimesis::tool {
+
+// The names that older versions gave to ports, services, parameters and model files, so that their
+// logs can be replayed.
+
+/// Gives a recorded start of a node the names of this version.
+/// @return what was renamed or is left out, one line each
+std::vector<std::string> rename_former(v1::NodeStart& start);
+
+/// The same for recorded steps of a node. @param program  its NodeStart.executable
+void rename_former(std::string_view program, v1::StepLog& steps);
 
 /// How much later than the step that took it a message may have reached the recorder [ns of log
 /// time]. In lock-step there is no such delay; between hosts a second was never seen.

@@ -13,8 +13,8 @@
 #include "common/error.h"
 #include "common/runtime/value_text.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {

@@ -1,8 +1,7 @@
-#include "tools/mimesis/live_topics.h"
-
 #include <gtest/gtest.h>
 
 #include "common/error.h"
+#include "tools/mimesis/graph_tools.h"
 
 namespace mimesis::tool {
 namespace {

@@ -1,11 +1,10 @@
-#include "common/motion/demix/baselines.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/SVD>
 #include <cmath>
 
 #include "common/error.h"
+#include "common/motion/demix/sisa.h"
 #include "common/motion/demix/test/known_mixture.h"
 
 namespace mimesis::demix {

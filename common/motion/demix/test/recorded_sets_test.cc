@@ -3,7 +3,6 @@
 
 #include <filesystem>
 
-#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/mocap/trials.h"
 #include "common/shared_data.h"

@@ -8,7 +8,6 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/test/known_mixture.h"
 #include "common/testing/refusal.h"
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "common/error.h"
-#include "common/motion/mocap/c3d.h"
 #include "common/motion/mocap/clip_file.h"
+#include "common/motion/mocap/markers.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "common/math/so3.h"
-#include "common/motion/mocap/c3d.h"
 #include "common/motion/mocap/cycles.h"
+#include "common/motion/mocap/markers.h"
 #include "common/motion/mocap/test/shared_folder.h"
 #include "common/motion/mocap/test/walker.h"
 #include "common/testing/refusal.h"

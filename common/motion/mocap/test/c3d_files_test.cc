@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "common/motion/mocap/c3d.h"
+#include "common/motion/mocap/markers.h"
 #include "common/motion/mocap/test/reader_checks.h"
 #include "common/motion/mocap/test/shared_folder.h"
 

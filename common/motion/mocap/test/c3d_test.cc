@@ -1,5 +1,3 @@
-#include "common/motion/mocap/c3d.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -10,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/motion/mocap/markers.h"
 #include "common/motion/mocap/test/reader_checks.h"
 
 namespace mimesis::mocap {

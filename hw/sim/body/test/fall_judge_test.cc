@@ -1,8 +1,7 @@
-#include "hw/sim/body/fall_judge.h"
-
 #include <gtest/gtest.h>
 
 #include "hw/sim/body/test/bodies.h"
+#include "hw/sim/body/walk_judge.h"
 
 namespace mimesis::hw::sim {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "hw/cia402/cia402.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw::sim {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "hw/can/testing/memory_wire.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "hw/sim/cia402/test/one_drive.h"
 
 namespace mimesis::hw::sim {

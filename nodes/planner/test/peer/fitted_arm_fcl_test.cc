@@ -13,10 +13,9 @@
 #include <random>
 #include <sstream>
 
-#include "common/model/arm_cover.h"
 #include "common/model/files.h"
+#include "common/robot/cover_balls.h"
 #include "common/robot/kinematics.h"
-#include "common/robot/link_geometry.h"
 #include "common/shared_data.h"
 #include "common/testing/temporary_folder.h"
 #include "nodes/planner/move_plan.h"

@@ -11,7 +11,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
-#include "nodes/planner/verb/verify.h"
+#include "nodes/planner/verb/plan_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace mimesis;

@@ -16,7 +16,7 @@
 #include "common/shared_data.h"
 #include "common/testing/process.h"
 #include "common/testing/temporary_folder.h"
-#include "nodes/planner/verb/verify.h"
+#include "nodes/planner/verb/plan_file.h"
 
 namespace mimesis::tool {
 namespace {

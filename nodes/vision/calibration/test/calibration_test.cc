@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/shared_data.h"
 #include "nodes/vision/calibration/testing/board_scene.h"
 

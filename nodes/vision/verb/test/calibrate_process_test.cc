@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/model/rig_file.h"
 #include "common/shared_data.h"
 #include "common/testing/process.h"

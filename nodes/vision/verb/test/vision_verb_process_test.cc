@@ -8,7 +8,7 @@
 #include <random>
 
 #include "common/error.h"
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/testing/process.h"
 #include "common/testing/refusal.h"
 #include "common/testing/temporary_folder.h"

@@ -1,5 +1,3 @@
-#include "tools/mimesis/launch/confinement.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,5 +1,3 @@
-#include "tools/mimesis/launch/granted.h"
-
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 

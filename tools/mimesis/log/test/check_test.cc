@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "common/log/crc32.h"
+#include "common/log/codec.h"
 #include "tools/mimesis/log/test/tool_logs.h"
 
 namespace mimesis::tool {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 #include "common/testing/refusal.h"
 #include "proto/bridge.pb.h"
 #include "tools/mimesis/log/test/log_builder.h"

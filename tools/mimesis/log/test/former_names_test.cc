@@ -1,6 +1,6 @@
-#include "tools/mimesis/log/former_names.h"
-
 #include <gtest/gtest.h>
+
+#include "tools/mimesis/log/replay_log.h"
 
 namespace mimesis::tool {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <sstream>
 
-#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/record_file.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/image/image_file.h"
+#include "common/image/image.h"
 
 #include <png.h>
 #include <turbojpeg.h>

@@ -1,8 +1,11 @@
 #pragma once
+#include <Eigen/Core>
+
 #include "common/task/symbols.h"
+#include "proto/scene.pb.h"
 #include "proto/task.pb.h"
 
-// Symbols of the task on the wire.
+// Symbols of the task, and places, on the wire.
 namespace mimesis::model {
 
 static_assert(static_cast<int>(task::Grip::precision) == v1::GRIP_PRECISION);
@@ -30,5 +33,14 @@ inline task::Grip from_proto(v1::Grip grip) { return symbol_of<task::Grip>(grip)
 inline task::Transport from_proto(v1::Transport t) { return symbol_of<task::Transport>(t); }
 inline task::Goal from_proto(v1::Goal goal) { return symbol_of<task::Goal>(goal); }
 inline task::Color from_proto(v1::ObjectColor color) { return symbol_of<task::Color>(color); }
+
+/// Places on the wire [m].
+inline Eigen::Vector3d to_eigen(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
+/// The other way.
+inline void to_proto(const Eigen::Vector3d& v, v1::Vector3& out) {
+  out.set_x_m(v.x());
+  out.set_y_m(v.y());
+  out.set_z_m(v.z());
+}
 
 }  // namespace mimesis::model
