@@ -121,19 +121,12 @@ bool wait_walking(Scenario& run, std::uint32_t steps) {
   return false;
 }
 
-pid_t pid_of(const Scenario& run, const std::string& name) {
-  for (const v1::NodeInfo& node : runtime::GraphView(run.graph().name()).nodes()) {
-    if (node.name() == name) return static_cast<pid_t>(node.pid());
-  }
-  return -1;
-}
-
 // No node balances any more. The bridge keeps the joints powered at their posture: a robot on both
 // feet stays standing, one on a single foot falls as one piece. Both end the run with a reason.
 TEST(BipedGraph, TheBridgeHoldsARobotWhoseWalkerWasKilled) {
   Scenario run("biped", {"--arg", "x=3", "--arg", "whole=false", "--arg", "time_limit=14"});
   ASSERT_TRUE(wait_walking(run, 2)) << run.process().errors();
-  const pid_t walker = pid_of(run, "walker");
+  const pid_t walker = run.pid("walker");
   ASSERT_GT(walker, 0);
   kill(walker, SIGKILL);
   EXPECT_EQ(run.wait(), 1);

@@ -32,13 +32,6 @@ TEST(CrowdBiped, TakesItsPlaceInStep) {
   }
 }
 
-pid_t pid_of(const Scenario& run, const std::string& name) {
-  for (const v1::NodeInfo& node : runtime::GraphView(run.graph().name()).nodes()) {
-    if (node.name() == name) return static_cast<pid_t>(node.pid());
-  }
-  return -1;
-}
-
 TEST(CrowdBiped, ItsWalkerIsKilledAndTheOthersGoOn) {
   Scenario run("crowd_biped", {"--arg", "whole=false", "--arg", "until=8"});
   runtime::Tap tap(
@@ -52,7 +45,7 @@ TEST(CrowdBiped, ItsWalkerIsKilledAndTheOthersGoOn) {
       continue;
     }
     if (status.externals(0).trust() != v1::CROWD_TRUST_TRUSTED) continue;
-    const pid_t walker = pid_of(run, "walker");
+    const pid_t walker = run.pid("walker");
     ASSERT_GT(walker, 0);
     kill(walker, SIGKILL);
     killed = true;

@@ -147,13 +147,6 @@ bool wait_trust(Scenario& run, runtime::Tap& tap, v1::CrowdTrust wanted) {
   return false;
 }
 
-pid_t pid_of(const Scenario& run, const std::string& name) {
-  for (const v1::NodeInfo& node : runtime::GraphView(run.graph().name()).nodes()) {
-    if (node.name() == name) return static_cast<pid_t>(node.pid());
-  }
-  return -1;
-}
-
 /// Reasons of the run's certificates that void the one before.
 std::string voided(const Scenario& run) {
   std::string all;
@@ -172,7 +165,7 @@ TEST(CrowdGraph, TheSynthesizerLagsThenIsKilledAndTheCrowdGoesOn) {
       run.graph().name(), [](const std::string& topic) { return topic == "crowd/status"; },
       runtime::Policy::reliable);
   ASSERT_TRUE(wait_trust(run, tap, v1::CROWD_TRUST_TRUSTED)) << run.process().errors();
-  const pid_t synthesizer = pid_of(run, "synthesizer");
+  const pid_t synthesizer = run.pid("synthesizer");
   ASSERT_GT(synthesizer, 0);
   kill(synthesizer, SIGSTOP);
   EXPECT_TRUE(wait_trust(run, tap, v1::CROWD_TRUST_LAGGING));
@@ -202,7 +195,7 @@ TEST(CrowdGraph, OneOfFourCoordinatorsIsKilledAndItsNeighbourGoesOnWithItsAgents
     v1::CrowdStatus status;
     if (!item || !status.ParseFromString(item->message.payload) || !status.runs()) continue;
     had = status.own();
-    const pid_t third = pid_of(run, "crowd3");
+    const pid_t third = run.pid("crowd3");
     ASSERT_GT(third, 0);
     if (had > 0) kill(third, SIGKILL);
   }

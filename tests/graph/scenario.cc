@@ -59,4 +59,11 @@ std::vector<Scenario::Logged> Scenario::messages(const std::string& topic) const
   return found;
 }
 
+pid_t Scenario::pid(const std::string& node) const {
+  for (const v1::NodeInfo& known : runtime::GraphView(graph_.name()).nodes()) {
+    if (known.name() == node) return static_cast<pid_t>(known.pid());
+  }
+  return -1;
+}
+
 }  // namespace mimesis::testing

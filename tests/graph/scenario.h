@@ -35,6 +35,8 @@ class Scenario {
   };
   /// All messages on `topic` in the log, in order.
   std::vector<Logged> messages(const std::string& topic) const;
+  /// Process of a node that runs; -1 if there is none of this name.
+  pid_t pid(const std::string& node) const;
 
  private:
   TestGraph graph_;

@@ -7,7 +7,6 @@
 #include <random>
 
 #include "common/log/stream_reader.h"
-#include "common/log/test/outcome.h"
 #include "common/log/test/sample_log.h"
 
 namespace mimesis::log {

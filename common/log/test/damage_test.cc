@@ -6,7 +6,6 @@
 
 #include "common/log/indexed_reader.h"
 #include "common/log/test/campaign.h"
-#include "common/log/test/outcome.h"
 #include "common/log/test/sample_log.h"
 
 namespace mimesis::log {

@@ -1,4 +1,7 @@
 #pragma once
+#include <string>
+
+#include "common/testing/temporary_folder.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer::testing {
@@ -30,5 +33,20 @@ inline motion::MotionModel robot_model() {
   for (std::size_t r = 0; r < model.rows.size(); ++r) model.rows[r] = "joint_" + std::to_string(r);
   return model;
 }
+
+/// A synthetic model as a file, until the end of the test program.
+class ModelFile {
+ public:
+  explicit ModelFile(motion::MotionModel model) {
+    model.name = "three";
+    motion::save_motion_model(model, path());
+  }
+
+  std::string path() const { return (folder_ / "three.motion.json").string(); }
+  std::string folder() const { return folder_.string(); }
+
+ private:
+  mimesis::testing::TemporaryFolder folder_;
+};
 
 }  // namespace mimesis::synthesizer::testing

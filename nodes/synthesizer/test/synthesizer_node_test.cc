@@ -11,7 +11,7 @@
 #include "common/math/circle.h"
 #include "common/testing/loopback.h"
 #include "common/testing/refusal.h"
-#include "nodes/synthesizer/test/model_file.h"
+#include "nodes/synthesizer/test/models.h"
 
 namespace mimesis::synthesizer {
 namespace {

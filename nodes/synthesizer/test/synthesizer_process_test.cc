@@ -7,7 +7,7 @@
 #include "common/math/circle.h"
 #include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
-#include "nodes/synthesizer/test/model_file.h"
+#include "nodes/synthesizer/test/models.h"
 #include "proto/motion.pb.h"
 
 namespace mimesis::synthesizer {

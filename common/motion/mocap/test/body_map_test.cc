@@ -2,8 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <memory>
+#include <new>
+
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "common/motion/mocap/body.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/test/shared_folder.h"
@@ -187,5 +192,19 @@ TEST_F(BodyMapOf, AddedFirstFramesAreLeftOut) {
   EXPECT_EQ(body_of("dataset-1_dance-short_normal_001.bvh").first_frame, 0);
 }
 
+TEST(Body, WhatIsNotSetIsTheOriginWhateverTheMemoryWas) {
+  alignas(Body) std::byte memory[sizeof(Body)];
+  std::memset(memory, 0xFF, sizeof memory);  // as doubles: NaN
+  const auto* body = new (memory) Body;
+  for (const Eigen::Vector3d& offset : body->offset_m) EXPECT_EQ(offset.norm(), 0.0);
+  for (const Side side : {kLeft, kRight}) {
+    EXPECT_EQ(body->toe_m[side].norm(), 0.0);
+    EXPECT_EQ(body->heel_m[side].norm(), 0.0);
+    EXPECT_EQ(body->hand_m[side].norm(), 0.0);
+  }
+  EXPECT_EQ(body->head_top_m.norm(), 0.0);
+  std::destroy_at(body);
+  EXPECT_EQ(standard_body().offset_m[kRoot].norm(), 0.0);
+}
 }  // namespace
 }  // namespace mimesis::mocap

@@ -4,7 +4,6 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
-#include "common/motion/retarget/test/feet.h"
 #include "common/motion/retarget/test/walk.h"
 
 namespace mimesis::retarget {

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "common/robot/dynamics.h"
-#include "common/robot/test/random_motion.h"
+#include "common/robot/test/test_bipeds.h"
 #include "common/shared_data.h"
 
 namespace mimesis::robot {
