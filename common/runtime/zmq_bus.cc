@@ -292,7 +292,8 @@ void ZmqBus::Impl::meet(const v1::NodeInfo& node) {
 }
 
 void ZmqBus::Impl::choose_authors() {
-  for (const auto& [port, input] : inputs) {
+  for (const auto& [port, each] : inputs) {
+    const auto& input = each;  // clang 14 lets no lambda use a binding
     if (!input->takes_first()) continue;
     const std::string& topic = input->topic();
     const std::string named = topic.substr(0, topic.find('/'));

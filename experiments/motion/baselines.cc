@@ -18,22 +18,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/// A mixture without delays. `sources`: orthonormal rows.
-Mixture without_delays(const mocap::Trials& set, const MatrixXd& sources) {
-  const double rms = std::sqrt(static_cast<double>(sources.cols()));
-  Mixture m;
-  m.means = set.samples.rowwise().mean();
-  m.sources = sources * rms;
-  m.weights = (set.samples.colwise() - m.means) * sources.transpose() / rms;
-  m.delay_rad = MatrixXd::Zero(m.weights.rows(), m.weights.cols());
-  for (Index k = 0; k < m.sources.rows(); ++k) {  // Like sisa(): weights have sums >= 0.
-    if (m.weights.col(k).sum() >= 0.0) continue;
-    m.weights.col(k) *= -1.0;
-    m.sources.row(k) *= -1.0;
-  }
-  return m;
-}
-
 /// The nearest matrix with orthonormal rows.
 MatrixXd orthonormal(const MatrixXd& w) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(w * w.transpose());

@@ -42,7 +42,8 @@ void plot_sources(const std::filesystem::path& png, const Eigen::MatrixXd& sourc
          << "\nunset key\nset xrange [0:1]\nset yrange [" << -top << ':' << top
          << "]\nset ytics 1\nset xzeroaxis\nset lmargin 8\n";
   for (Index k = 0; k < count; ++k) {
-    plot::Data& d = data.emplace_back("s" + std::to_string(k));
+    data.push_back({"s" + std::to_string(k), {}});
+    plot::Data& d = data.back();
     for (Index t = 0; t < samples; ++t) {
       d.rows.push_back({static_cast<double>(t) / static_cast<double>(samples), sources(k, t)});
     }
@@ -71,7 +72,8 @@ void plot_quality(const std::filesystem::path& png, const std::vector<QualityCur
          << "set yrange [:1]\nplot ";
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const QualityCurve& c = curves[i];
-    plot::Data& d = data.emplace_back("c" + std::to_string(i));
+    data.push_back({"c" + std::to_string(i), {}});
+    plot::Data& d = data.back();
     for (std::size_t k = 0; k < c.sources.size(); ++k) {
       d.rows.push_back({c.sources[k], c.quality[k]});
     }

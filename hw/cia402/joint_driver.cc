@@ -91,11 +91,11 @@ void JointDriver::lose(AxisMaster& axis, const std::string& why) {
   configured_ = false;
 }
 
-/// Two masters pull the drives to and fro: who has them stops them, who comes later leaves them
-/// alone.
+/// Two masters pull the drives to and fro: who has had them stops them, who comes later sends
+/// nothing.
 void JointDriver::meet_master() {
   fault("another master runs this bus: its SYNC was heard");
-  if (configured_) return;
+  if (ours_) return;
   silent_until_ = now_ + kRetry;
   begun_ = false;
 }
@@ -134,7 +134,7 @@ void JointDriver::set_up() {
       axis.watch_from(now_);
     }
     for (const std::string& line : notes()) runtime::warn("drive {}", line);
-    configured_ = true;
+    configured_ = ours_ = true;
     reading_.posture_known = false;
     enter(Phase::idle);  // a drive that was kept powered shows it with the first feedback
     return;

@@ -85,6 +85,7 @@ class JointDriver final : public PhasedActuators {
   bool begun_ = false;       // first cycle seen
   bool synced_ = false;      // the last SYNC went to the wire
   bool configured_ = false;  // every drive is configured and started
+  bool ours_ = false;        // was once: these drives are not left without a stop
 };
 
 /// The joints of one robot on several buses: an JointDriver each, its joints after those of the one

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <ranges>
 
 #include "nodes/planner/smooth_path.h"
 #include "nodes/planner/tree_search.h"
@@ -22,7 +21,7 @@ Wave expanded(const LinksOf& links_of, std::span<const char> inhibited,
   constexpr int kOpen = -1, kInhibited = -2;
   Wave wave{std::vector<double>(inhibited.size(), 0.0), std::vector<int>(inhibited.size()), false};
   std::ranges::transform(inhibited, wave.arrival.begin(),
-                         [](char one) { return one ? kInhibited : kOpen; });
+                         [=](char one) { return one ? kInhibited : kOpen; });
   std::vector<int> passed;  // in the order of their arrival
   passed.reserve(inhibited.size());
   for (const int goal : goals) {
@@ -56,7 +55,8 @@ Wave expanded(const LinksOf& links_of, std::span<const char> inhibited,
     }
   }
   // All active neighbours of a node that joins became active one step before.
-  for (const int i : std::views::reverse(ways)) {
+  for (auto way = ways.rbegin(); way != ways.rend(); ++way) {
+    const int i = *way;
     if (wave.arrival[at(i)] == 0) continue;
     double sum = 0.0;
     for (const Link& link : links_of(i)) {

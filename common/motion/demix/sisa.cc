@@ -428,16 +428,7 @@ SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
   return out;
 }
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
-Mixture principal_components(const mocap::Trials& set, int components) {
-  check_set(set);
-  check_count(set, components, 0);
-  const MatrixXd x = set.samples.colwise() - set.samples.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(x.transpose() * x);
-  const MatrixXd sources =  // orthonormal rows, strongest first
-      eigen.eigenvectors().rightCols(components).rowwise().reverse().transpose();
+Mixture without_delays(const mocap::Trials& set, const MatrixXd& sources) {
   const double rms = std::sqrt(static_cast<double>(sources.cols()));
   Mixture m;
   m.means = set.samples.rowwise().mean();
@@ -450,6 +441,15 @@ Mixture principal_components(const mocap::Trials& set, int components) {
     m.sources.row(k) *= -1.0;
   }
   return m;
+}
+
+Mixture principal_components(const mocap::Trials& set, int components) {
+  check_set(set);
+  check_count(set, components, 0);
+  const MatrixXd x = set.samples.colwise() - set.samples.rowwise().mean();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(x.transpose() * x);
+  return without_delays(set,
+                        eigen.eigenvectors().rightCols(components).rowwise().reverse().transpose());
 }
 
 std::int64_t parameter_count(const Mixture& mixture, const mocap::Trials& set, Delays delays) {

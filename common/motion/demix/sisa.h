@@ -99,6 +99,9 @@ void check_count(const mocap::Trials& set, int sources, int given);
 /// Independent rows of the set, means and Nyquist bin removed, as far as rounding lets one see.
 Eigen::Index rank(const mocap::Trials& set);
 
+/// A mixture without delays. @param sources  orthonormal rows
+Mixture without_delays(const mocap::Trials& set, const Eigen::MatrixXd& sources);
+
 /// What anechoic demixing is compared with: principal component analysis of the trajectories, the
 /// best mixture without delays. Sources are orthogonal, in the order of their energy.
 /// @throws ConfigError as sisa() for impossible sets and counts

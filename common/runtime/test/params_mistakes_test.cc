@@ -205,7 +205,7 @@ TEST(BrokenYaml, IsReportedAtItsPlace) {
       {"\"b\\0\": 1\n", "f.yaml:1:1: 'b\\u0000' has control characters or is no UTF-8"},
   };
   for (const auto& [text, expected] : broken) {
-    const std::string refused = testing::refusal([&] { parse_yaml(text, "f.yaml"); });
+    const std::string refused = testing::refusal([text = text] { parse_yaml(text, "f.yaml"); });
     EXPECT_EQ(refused.substr(0, std::string(expected).size()), expected) << refused;
   }
 }

@@ -291,6 +291,44 @@ TEST(Certificate, OfStopsIsNeverContradictedByDenseSampling) {
   EXPECT_LE(refused_for_nothing, 1);
 }
 
+/// Wherever a stop leads, or one of which a joint fails alone: an obstacle that is only just met
+/// there, ahead of the outermost ball, is not overlooked.
+TEST(Certificate, OfStopsRefusesWhatIsJustMetAtAnyOfThem) {
+  const auto arm = model::load_arm("lwr4.yaml");
+  constexpr double kJust = 3e-4, kAlone = 0.02;
+  const kin::SafetyBall& outermost = arm.balls.back();
+  const auto place = [&](const Eigen::VectorXd& q) {
+    std::vector<Eigen::Isometry3d> X;
+    kin::forward(arm, q, X);
+    return Eigen::Vector3d(X[static_cast<std::size_t>(outermost.frame)] * outermost.center);
+  };
+  const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 200, 15),
+                        shares = sample_box(-arm.v_max, arm.v_max, 200, 16),
+                        draws =
+                            sample_box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), 200, 17);
+  for (Eigen::Index i = 0; i < postures.cols(); ++i) {
+    const Eigen::VectorXd v = 0.6 * shares.col(i), q0 = postures.col(i), q1 = q0 + 0.01 * v;
+    const double softest = i % 2 == 0 ? 1.0 : draws(0, i);  // of its way, or that of a harder one
+    const double t = i % 4 < 2 ? 1.0 : 0.3 * draws(1, i);   // at rest, or on the way there
+    Eigen::VectorXd there = stopping(q1, v, arm.a_max / softest, t);
+    const Eigen::Index alone = i % 7;
+    if (i % 3 == 0) there[alone] = stopping(q1 + kAlone * v, v, arm.a_max / softest, t)[alone];
+    const Eigen::Vector3d from = place(q0), to = place(there), ahead = (to - from).normalized();
+    if ((to - from).norm() < 0.02) continue;
+    constexpr double kSmall = 1e-3;
+    const double reach = outermost.radius + kSmall + kMargin - kJust;
+    const Obstacles obstacle{{{to + reach * ahead, kSmall}}, {}, {}, {}};
+    CollisionChecker checker(arm, obstacle, kMargin);
+    Stops stops{q0, v, q1, v, arm.a_max, 0.0, 0.0, 0.0, {}, {}};
+    if (i % 3 == 0) {
+      stops.alone_s = kAlone;
+      stops.before0 = q0 - kAlone * v;
+      stops.before1 = q1 - kAlone * v;
+    }
+    EXPECT_FALSE(checker.certify_stops(stops)) << i;
+  }
+}
+
 /// One joint stands or brakes sooner than the others, or later.
 TEST(Certificate, OfStopsOfOneDriveAloneIsNeverContradictedByDenseSampling) {
   const auto arm = model::load_arm("lwr4.yaml");
