@@ -3,6 +3,8 @@
 
 namespace mimesis::tool {
 
+constexpr int kDeepestShown = 200;  ///< deeper JSON would end this program, or what reads its lines
+
 /// Whether brackets of a JSON text are nested deeper than `most`: what writes such a value, and
 /// what reads it elsewhere, calls itself for each of them. Linear in the text's size; a text that
 /// is no JSON may be either.

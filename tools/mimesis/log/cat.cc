@@ -121,14 +121,13 @@ class MessagePrinter {
       if (invalid_++ == 0) note(item, "holds messages that are not of their type: lengths only");
       return printer.fields.empty() ? text.bytes(data) : text.raw("}");
     }
-    constexpr int kDeepest = 200;  // deeper ones would end this program, or what reads its lines
-    const bool deep = printer.json && nested_deeper(data, kDeepest);
+    const bool deep = printer.json && nested_deeper(data, kDeepestShown);
     if (printer.json && !deep && nlohmann::json::accept(data)) {
       if (data.find('\n') == std::string_view::npos) return text.raw(data);
       return text.raw(nlohmann::ordered_json::parse(data).dump());
     }
     if (noted_.insert(item.channel).second) {
-      note(item, deep ? fmt::format("JSON nested deeper than {}: lengths only", kDeepest)
+      note(item, deep ? fmt::format("JSON nested deeper than {}: lengths only", kDeepestShown)
                       : fmt::format("'{}' cannot be decoded: lengths only",
                                     item.channel->message_encoding));
     }

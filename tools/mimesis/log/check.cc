@@ -16,6 +16,7 @@
 #include "common/log/codec.h"
 #include "common/log/stream_reader.h"
 #include "common/runtime/raw.h"
+#include "tools/mimesis/json_depth.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
@@ -127,7 +128,7 @@ class MessageCheck {
     bool unknown_fields = false;
     std::uint64_t messages = 0, repeats = 0;
     std::uint64_t last_time = 0;
-    Tally gap, repeat, back, disorder, invalid;
+    Tally gap, repeat, back, disorder, invalid, deep;
   };
   void take_message(const log::Message& message) {
     ChannelState& state = state_of(message.channel_id);
@@ -165,7 +166,12 @@ class MessageCheck {
   void check_content(const log::Message& message, ChannelState& state) {
     const log::Channel& channel = *state.channel;
     if (channel.message_encoding == "json") {
-      if (!nlohmann::json::accept(message.data)) state.invalid.add(reader_.offset(), 1, "no JSON");
+      const std::uint64_t at = reader_.offset();
+      if (!nlohmann::json::accept(message.data)) {
+        state.invalid.add(at, 1, "no JSON");
+      } else if (nested_deeper(message.data, kDeepestShown)) {
+        state.deep.add(at, 1, fmt::format("{} bytes", message.data.size()));
+      }
       return;
     }
     const auto prototype = prototypes_.find(channel.schema_id);
@@ -252,6 +258,9 @@ class MessageCheck {
          fmt::format("{} messages are earlier than those before them", s.disorder.times));
     tell(s.invalid, error, "content",
          fmt::format("{} messages cannot be decoded", s.invalid.times));
+    tell(s.deep, warning, "content",
+         fmt::format("{} messages are nested deeper than {}, too deep to be shown", s.deep.times,
+                     kDeepestShown));
     if (s.unknown_fields) {
       checked_.add(info, "unknown-fields", std::nullopt, "{}: fields that its schema does not know",
                    s.name);

@@ -101,13 +101,16 @@ TEST(Check, ContentsAndSchemas) {
   ASSERT_TRUE(writer.add_channel(2, "b", "protobuf", {}));
   ASSERT_TRUE(writer.add_channel(0, "c", "json", {}));
   ASSERT_TRUE(writer.add_channel(0, "d", "cdr", {}));
+  ASSERT_TRUE(writer.add_channel(0, "e", "json", {}));
   ASSERT_TRUE(writer.write({1, 1, 1, 1, "\xff\xff"}));
   ASSERT_TRUE(writer.write({1, 2, 2, 2, "\xf8\x07\x01"}));  // field 127
   ASSERT_TRUE(writer.write({3, 1, 3, 3, "{"}));
   ASSERT_TRUE(writer.write({4, 1, 4, 4, "?"}));
+  ASSERT_TRUE(writer.write({5, 1, 5, 5, std::string(300'000, '[') + std::string(300'000, ']')}));
   ASSERT_TRUE(writer.finish());
-  EXPECT_EQ(kinds(bytes), (Kinds{"error content", "error content", "error schema", "info encoding",
-                                 "info no-messages", "info unknown-fields"}));
+  EXPECT_EQ(kinds(bytes),
+            (Kinds{"error content", "error content", "error schema", "warning content",
+                   "info encoding", "info no-messages", "info unknown-fields"}));
 }
 
 TEST(Check, TheSummaryAgainstTheData) {
