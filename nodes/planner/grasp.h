@@ -6,7 +6,6 @@
 
 #include "common/interrupt.h"
 #include "common/kin/arm.h"
-#include "common/kin/ik.h"
 #include "common/kin/table.h"
 #include "common/task/symbols.h"
 

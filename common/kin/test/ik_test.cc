@@ -1,10 +1,9 @@
-#include "common/kin/ik.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "common/kin/arm.h"
 #include "common/kin/test/arms.h"
 
 namespace mimesis::kin {

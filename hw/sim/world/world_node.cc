@@ -5,7 +5,7 @@
 #include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/messages.h"
-#include "hw/sim/world/random_table.h"
+#include "hw/sim/world/world.h"
 
 namespace mimesis::world {
 namespace {

@@ -2,7 +2,7 @@
 #include <random>
 #include <vector>
 
-#include "common/kin/ik.h"
+#include "common/kin/arm.h"
 #include "hw/sim/world/world.h"
 
 namespace mimesis::world {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
-#include "hw/sim/world/random_table.h"
 #include "hw/sim/world/test/postures.h"
+#include "hw/sim/world/world.h"
 
 namespace mimesis::world {
 namespace {
