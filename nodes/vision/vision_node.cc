@@ -3,17 +3,18 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 
-#include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/messages.h"
 #include "common/model/rig_file.h"
 #include "nodes/vision/files/colors_file.h"
-#include "nodes/vision/sight_drawing.h"
 
 namespace mimesis::vision {
 namespace {
@@ -156,7 +157,121 @@ runtime::Time stamp_of(const foxglove::RawImage& m) {
   return std::chrono::seconds(m.timestamp().seconds()) + runtime::Time(m.timestamp().nanos());
 }
 
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using model::Rgba;
+
+constexpr Rgba kDoubt{0.95, 0.3, 0.2, 0.6};
+constexpr std::array<Rgba, kKinds> kColors{{{0.0, 0.0, 0.0},
+                                            {1.0, 0.55, 0.35},
+                                            {0.2, 0.9, 0.3},
+                                            {0.3, 0.5, 1.0},
+                                            {1.0, 0.9, 0.2},
+                                            {0.9, 0.3, 0.9}}};
+
+void add_solid(foxglove::SceneEntity& entity, const Isometry3d& X_WT, const Thing& thing) {
+  const Solid& s = thing.solid;
+  const Vector3d half =
+      0.5 * s.length *
+      (s.form == Form::bar ? Vector3d(std::cos(s.yaw_rad), 0.0, -std::sin(s.yaw_rad))
+                           : Vector3d(0.0, 1.0, 0.0));
+  if (s.form == Form::block) {
+    const Isometry3d pose = X_WT * Eigen::Translation3d(s.center);
+    model::add_box(entity, pose, {2.0 * s.half_width, s.length, 2.0 * s.half_width},
+                   color_of(thing.kind));
+  } else {
+    model::add_rod(entity, X_WT * (s.center - half), X_WT * (s.center + half), s.half_width,
+                   color_of(thing.kind));
+  }
+  model::add_uncertainty(entity, X_WT * s.center,
+                         X_WT.linear() * thing.covariance_m2 * X_WT.linear().transpose(), kDoubt);
+}
+
 }  // namespace
+
+const Rgba& color_of(Kind kind) { return kColors[static_cast<std::size_t>(kind)]; }
+
+foxglove::SceneUpdate draw_sight(const TableWatcher& watcher, const Isometry3d& X_WT,
+                                 std::chrono::nanoseconds stamp) {
+  foxglove::SceneUpdate update;
+  if (watcher.stereo() == nullptr) return update;
+  foxglove::SceneEntity& things = model::add_entity(update, "things", "world", stamp);
+  for (const Thing& thing : watcher.stereo()->things()) add_solid(things, X_WT, thing);
+  foxglove::SceneEntity& hand = model::add_entity(update, "hand", "world", stamp);  // none: empty
+  if (watcher.hand() == nullptr || !watcher.hand()->sight()) return update;
+  const HandTracker& tracker = watcher.hand()->tracker();
+  HandCapsules capsules;
+  tracker.model().capsules(tracker.estimate().pose, capsules);
+  const image::Camera& camera = watcher.camera();
+  Isometry3d X_WC = X_WT * Eigen::Translation3d(camera.eye());
+  X_WC.linear() *= camera.R_CT().transpose();
+  for (const Capsule& c : std::span(capsules).first(kHandCapsules - kForearmCapsules)) {
+    if (c.radius_a == 0.0F) continue;
+    const Vector3d a = X_WC * c.a.cast<double>(), b = X_WC * c.b.cast<double>();
+    model::add_rod(hand, a, b, 0.5 * (c.radius_a + c.radius_b), color_of(Kind::hand));
+    model::add_ball(hand, b, c.radius_b, color_of(Kind::hand));
+  }
+  return update;
+}
+
+std::optional<std::string> FrameCheck::fault(std::string_view data, std::size_t height,
+                                             double stamp_s) {
+  constexpr int kSame = 10;  // frames: fewer are no stream
+  const std::size_t row = data.size() / height;
+  // A lost packet leaves a part of the frame empty; an empty frame is black.
+  const std::size_t end = data.find_last_not_of('\0');
+  const std::size_t filled = end == data.npos ? height : end / row + 1;
+  if (height - filled > height / 50)
+    return fmt::format("torn: the last {} of {} rows are empty", height - filled, height);
+
+  Bands bands{};
+  std::size_t whole = 0;
+  for (std::size_t b = 0; b < kBands; ++b) {
+    const std::size_t from = b * height / kBands, to = (b + 1) * height / kBands;
+    const std::string_view band = data.substr(from * row, (to - from) * row);
+    const std::size_t hash = std::hash<std::string_view>()(band);
+    whole = 31 * whole + hash;
+    if (band.find_first_not_of(band.front()) != band.npos) bands[b] = hash;
+  }
+  const bool same = seen_ > 0 && whole == whole_;
+  if (!same) {
+    same_since_s_ = stamp_s;
+    same_ = 0;
+  }
+  whole_ = whole;
+  ++same_;
+  auto why = torn(bands, height);
+  last_[seen_++ % kFrames] = bands;
+  if (why) return why;
+  const double same_s = stamp_s - same_since_s_;
+  if (frozen_s_ == 0.0 || same_ <= kSame || same_s < frozen_s_) return std::nullopt;
+  return fmt::format("the same for {:.1f} s, to the last bit: the camera hangs", same_s);
+}
+
+std::optional<std::string> FrameCheck::torn(const Bands& bands, std::size_t height) {
+  constexpr int kTrust = 30;  // frames: what tears for longer has no noise
+  std::size_t told = 0, old = 0, first = kBands, last = 0;
+  for (std::size_t b = 0; b < kBands; ++b) told += bands[b] != 0 ? 1 : 0;
+  for (std::size_t f = 0; f < std::min(seen_, kFrames); ++f) {
+    std::size_t equal = 0;
+    for (std::size_t b = 0; b < kBands; ++b) {
+      if (bands[b] == 0 || bands[b] != last_[f][b]) continue;
+      ++equal;
+      first = std::min(first, b);
+      last = std::max(last, b);
+    }
+    old = std::max(old, equal);
+  }
+  if (old == 0 || old == told) {
+    lively_ = old == 0 && told > 0 ? lively_ + 1 : 0;
+    torn_ = 0;
+    return std::nullopt;
+  }
+  if (lively_ < kFrames || ++torn_ > kTrust) lively_ = 0;
+  if (lively_ == 0) return std::nullopt;
+  return fmt::format("torn: of {} rows those from {} to {} are of an earlier image", height,
+                     first * height / kBands, (last + 1) * height / kBands);
+}
 
 v1::Blobs blobs_message(const TableWatcher& watcher) {
   v1::Blobs out;

@@ -1,8 +1,16 @@
 #pragma once
+#include <Eigen/Geometry>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/model/drawing.h"
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "nodes/vision/frame_check.h"
 #include "nodes/vision/robot_table.h"
 #include "nodes/vision/table_watcher.h"
 #include "proto/foxglove/image.pb.h"
@@ -21,6 +29,16 @@ v1::Scene table_message(const SeenTable& seen);
 /// Overlay for viewers: boxes around the blobs, axis of the hand, a line of symbols.
 foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher);
 
+/// The colour of a kind of things in all drawings.
+const model::Rgba& color_of(Kind kind);
+
+/// What two cameras see of a table, in frame W: entity "things", bodies as they were measured, each
+/// with an ellipsoid of three standard deviations of its centre; entity "hand", the capsules of the
+/// hand model, while it follows a hand. With one camera there is nothing to draw.
+/// @param X_WT  frame T in W
+foxglove::SceneUpdate draw_sight(const TableWatcher& watcher, const Eigen::Isometry3d& X_WT,
+                                 std::chrono::nanoseconds stamp);
+
 struct VisionParams {
   double rate_hz = 60.0;  ///< rate of looking for a new image [Hz]
   std::string rig;        ///< calibrated cameras (`mimesis calibrate`), instead of `view`
@@ -38,6 +56,36 @@ struct VisionParams {
   WatcherSetup setup;
 
   void visit(runtime::ParamVisitor& v);
+};
+
+/// Tells from the bytes of a camera's frames, as they come, which of them are no new picture: equal
+/// to the last bit for long, rows missing at the end, or rows of a frame before. The latter are
+/// known by a band of rows that is the same to the last bit as in one of the last frames while
+/// another is not, which noise rules out. A source without noise, whose bands stay equal now and
+/// then (films, too), is not judged so.
+class FrameCheck {
+ public:
+  /// @param frozen_s frames that are equal for so long are refused [s]; 0: none
+  explicit FrameCheck(double frozen_s) : frozen_s_(frozen_s) {}
+
+  /// Takes a frame of `height` rows.
+  /// @returns what is wrong with it, if anything is
+  std::optional<std::string> fault(std::string_view data, std::size_t height, double stamp_s);
+
+ private:
+  static constexpr std::size_t kBands = 48, kFrames = 8;  ///< drivers have up to 8 buffers
+  /// Hash of each band of rows; 0: all its bytes are the same, which tells nothing.
+  using Bands = std::array<std::size_t, kBands>;
+  std::optional<std::string> torn(const Bands& bands, std::size_t height);
+
+  double frozen_s_;
+  std::array<Bands, kFrames> last_{};
+  std::size_t seen_ = 0;   ///< frames so far
+  std::size_t whole_ = 0;  ///< hash of the newest frame
+  double same_since_s_ = 0.0;
+  int same_ = 0;            ///< frames in a row that were like it
+  std::size_t lively_ = 0;  ///< frames in a row that had no band of an earlier one
+  int torn_ = 0;            ///< frames in a row that were torn
 };
 
 /// Watches a table: images in; blobs, symbols, geometry and an overlay out, once per image. With

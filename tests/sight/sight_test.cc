@@ -9,7 +9,7 @@
 #include "nodes/camera/random_scene.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/robot_table.h"
-#include "nodes/vision/sight_drawing.h"
+#include "nodes/vision/vision_node.h"
 #include "tests/sight/demonstration.h"
 
 namespace mimesis {
