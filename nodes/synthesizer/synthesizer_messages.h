@@ -1,9 +1,11 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "nodes/synthesizer/director.h"
+#include "proto/foxglove/scene.pb.h"
 #include "proto/motion.pb.h"
 #include "proto/walker.pb.h"
 
@@ -37,5 +39,20 @@ v1::MotionStatus to_proto(int i, const Progress& progress);
 RobotFeedback to_feedback(const v1::WalkFeedback& message);
 /// `age_s`: since the image was taken.
 DrawerSenses::Sight to_sight(const v1::HeadSight& message, double age_s);
+
+/// Figures for viewers: rods and heads of a few, lines of many. Robots draw themselves.
+class FigureDrawing {
+ public:
+  /// Empty if the director's rows are not those of a body, or it leads a robot.
+  static std::optional<FigureDrawing> of(const Director& director);
+
+  /// All in one entity, in W.
+  foxglove::SceneUpdate draw(const Director& director, std::chrono::nanoseconds now) const;
+
+ private:
+  FigureDrawing() = default;
+
+  std::vector<int> body_row_;  ///< by row of the model
+};
 
 }  // namespace mimesis::synthesizer

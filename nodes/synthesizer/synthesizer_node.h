@@ -5,7 +5,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/synthesizer/director.h"
-#include "nodes/synthesizer/figure_drawing.h"
+#include "nodes/synthesizer/synthesizer_messages.h"
 #include "nodes/synthesizer/synthesizer_params.h"
 #include "proto/motion.pb.h"
 #include "proto/walker.pb.h"
