@@ -3,8 +3,10 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "hw/actuators.h"
 
@@ -85,12 +87,24 @@ class Bus {
 /// Opens the bus at `address`:
 ///   embedded:NAME    Unix datagram sockets below `directory` (the graph's), no CAN in the kernel
 ///   socketcan:IFACE  the kernel's CAN interface
-///   slcan:/dev/NAME  an adapter on a serial line, see slcan.h
+///   slcan:/dev/NAME  an adapter on a serial line, see open_slcan
 /// @throws ConfigError with one line: unknown kind, no such interface, interface down, no CAN in
 /// the kernel
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory);
 
 /// @throws ConfigError unless the address is one of these.
 void check_address(const std::string& address);
+
+/// Appends the adapter's `tIIILDD..\r` (T: 29 bits, r, R: remote). False, and nothing, for an FD or
+/// error frame.
+bool to_line(const Frame& frame, std::string& out);
+/// A line without its `\r`: a frame, or an error frame for s (state) and e (bus errors). Nothing
+/// for other answers of the adapter.
+std::optional<Frame> from_line(std::string_view line);
+
+/// Opens an adapter on a serial line that speaks the ASCII protocol of Lawicel and reports states
+/// and errors as the kernel's slcan driver knows them (drivers/net/can/slcan). No CAN FD.
+/// @param device  /dev/NAME, or /dev/NAME@BITRATE, default 1000000. @throws ConfigError
+std::unique_ptr<Bus> open_slcan(const std::string& device);
 
 }  // namespace mimesis::hw::can

@@ -6,7 +6,7 @@
 #include "hw/actuators.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/axis_master.h"
-#include "hw/phased_actuators.h"
+#include "hw/setpoint_limiter.h"
 
 namespace mimesis::hw::cia402 {
 

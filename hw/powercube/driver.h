@@ -6,8 +6,8 @@
 #include "hw/actuators.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/axis.h"
-#include "hw/phased_actuators.h"
 #include "hw/powercube/protocol.h"
+#include "hw/setpoint_limiter.h"
 
 namespace mimesis::hw::powercube {
 

@@ -11,8 +11,8 @@
 
 #include <fstream>
 
+#include "hw/cia402/canopen.h"
 #include "hw/cia402/joint_driver.h"
-#include "hw/cia402/sdo_transfer.h"
 #include "tests/peer/foreign.h"
 
 namespace mimesis::hw::cia402 {

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "hw/can/slcan.h"
+#include "hw/can/bus.h"
 
 namespace mimesis::hw::can {
 namespace {

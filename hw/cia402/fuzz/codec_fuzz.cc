@@ -14,9 +14,9 @@
 #include <string_view>
 #include <utility>
 
-#include "hw/can/slcan.h"
+#include "hw/can/bus.h"
 #include "hw/cia402/axis_master.h"
-#include "hw/cia402/sdo_transfer.h"
+#include "hw/cia402/canopen.h"
 #include "hw/modbus/registers.h"
 #include "hw/powercube/protocol.h"
 #include "hw/sim/cia402/drive.h"

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "hw/cia402/canopen.h"
 #include "hw/cia402/cia402.h"
-#include "hw/cia402/sdo_transfer.h"
 #include "hw/cia402/setup.h"
 
 namespace mimesis::hw::cia402 {

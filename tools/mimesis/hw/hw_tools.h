@@ -4,7 +4,7 @@
 #include <string>
 
 #include "hw/can/bus.h"
-#include "hw/cia402/sdo_transfer.h"
+#include "hw/cia402/canopen.h"
 #include "hw/joints/machine.h"
 #include "tools/mimesis/graph_tools.h"
 
