@@ -6,7 +6,6 @@
 #include <map>
 
 #include "nodes/planner/smooth_path.h"
-#include "nodes/planner/tree_search.h"
 
 namespace mimesis::planner {
 namespace {

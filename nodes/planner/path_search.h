@@ -61,7 +61,7 @@ using PostureCost = std::function<double(const Eigen::VectorXd&)>;
 /// Finds a path from `start` to any of `goals` that `checker` certifies:
 /// straight line if free, else waves on the roadmap, links of the found path certified, failing
 /// ones cut, until a whole path stands; on-line refinement around it [M18 2.3.2]; shortcuts. Where
-/// the network is torn or there is none, trees (tree_search.h) search without it. Failure: a reason
+/// the network is torn or there is none, trees (join_by_trees) search without it. Failure: a reason
 /// in words (start or goals in collision and with what, effort exhausted). When the checker is
 /// interrupted, the search ends with the path that it has, or fails.
 /// @param free  the nodes of the roadmap, as free_columns of the checker judges them; empty: a node
@@ -136,5 +136,23 @@ class Network {
 std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int> path,
                                            CollisionChecker& checker, const PostureCost& cost,
                                            const SearchSettings& settings);
+
+struct TreeSettings {
+  double step_rad = 2.0;      ///< longest branch that is tried at once [rad]
+  int max_branches = 50'000;  ///< effort: branches tried [1]
+  std::uint64_t seed = 1;
+};
+
+/// Path of certified straight parts from `start` to one of `goals`: by one posture, if one of the
+/// few that are tried will do, else by two trees that grow towards random postures and towards each
+/// other (RRT-Connect, Kuffner & LaValle 2000). A node whose branches failed is tried for near
+/// postures only (dynamic domain, Yershova et al. 2005). Branches are sampled; those of a path are
+/// certified when it is found, and cut off if they touch. Where the roadmap is torn, the trees are
+/// the new nodes that are "introduced whenever needed" [M18 2.3.2]. Empty if the effort is
+/// exhausted, or the checker interrupted. Equal arguments give equal bits.
+std::optional<std::vector<Eigen::VectorXd>> join_by_trees(CollisionChecker& checker,
+                                                          const Eigen::VectorXd& start,
+                                                          std::span<const Eigen::VectorXd> goals,
+                                                          const TreeSettings& settings);
 
 }  // namespace mimesis::planner

@@ -8,7 +8,7 @@
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "nodes/planner/planner_requests.h"
-#include "nodes/planner/planning_job.h"
+#include "nodes/planner/task_plan.h"
 #include "nodes/planner/task_sequence.h"
 #include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
@@ -89,6 +89,15 @@ struct PlannerParams {
 
 /// Settings of the plan from these parameters: with them another program can make the same roadmap.
 TaskSettings task_settings(const PlannerParams& params);
+
+/// The way of the hand in all motions of a plan, in W: blue empty, violet holding, with the hand's
+/// axes at grasp and release. One entity, "plan".
+foxglove::SceneUpdate draw_plan(const kin::ArmModel& arm, const TaskPlan& plan,
+                                std::chrono::nanoseconds stamp);
+
+/// What planning knows of the table, in W: object, goals and bar where they were seen, each with an
+/// ellipsoid of three standard deviations and the largest of them in words. One entity, "seen".
+foxglove::SceneUpdate draw_seen(const v1::Scene& scene, std::chrono::nanoseconds stamp);
 
 /// Plans the decided task and streams it to the bridge. Its ports are its interface.
 class PlannerNode {

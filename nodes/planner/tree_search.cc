@@ -1,5 +1,3 @@
-#include "nodes/planner/tree_search.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <utility>
 
 #include "common/math/vector_clones.h"
+#include "nodes/planner/path_search.h"
 
 namespace mimesis::planner {
 namespace {

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "common/model/files.h"
+#include "nodes/planner/path_search.h"
 #include "nodes/planner/task_plan.h"
-#include "nodes/planner/tree_search.h"
 
 namespace mimesis::planner {
 namespace {

@@ -8,7 +8,6 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
-#include "nodes/planner/plan_drawing.h"
 
 namespace mimesis::planner {
 namespace {
