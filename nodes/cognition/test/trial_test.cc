@@ -9,8 +9,8 @@
 
 #include "common/error.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/cognition/imitator.h"
 #include "nodes/cognition/network_file.h"
-#include "nodes/cognition/reasons.h"
 
 namespace mimesis::cognition {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "nodes/crowd/engine/walk.h"
+#include "nodes/crowd/engine/crowd_impl.h"
 
 /// The loops of `walk`, over blocks of rows. They are vectorised for the instruction set of the
 /// function that calls them, so they have to become part of it. Where a pointer may be to what a

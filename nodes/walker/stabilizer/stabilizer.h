@@ -4,7 +4,6 @@
 #include "nodes/walker/pattern/pattern.h"
 #include "nodes/walker/stabilizer/attitude.h"
 #include "nodes/walker/stabilizer/balance.h"
-#include "nodes/walker/stabilizer/com_offset.h"
 #include "nodes/walker/stabilizer/estimator.h"
 #include "nodes/walker/stabilizer/feet.h"
 #include "nodes/walker/stabilizer/slope.h"

@@ -1,9 +1,8 @@
-#include "nodes/walker/upper_body.h"
-
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/walker/walker.h"
 
 namespace mimesis::walker {
 namespace {
