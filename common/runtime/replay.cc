@@ -10,7 +10,7 @@
 #include <iostream>
 
 #include "common/error.h"
-#include "common/runtime/live_params.h"
+#include "common/runtime/describe.h"
 #include "common/runtime/log.h"
 #include "common/runtime/step_recorder.h"
 #include "common/runtime/wire.h"

@@ -17,7 +17,6 @@
 #include "common/error.h"
 #include "common/runtime/command_line.h"
 #include "common/runtime/describe.h"
-#include "common/runtime/live_params.h"
 #include "common/runtime/log.h"
 #include "common/runtime/node_clock.h"
 #include "common/runtime/own_topics.h"
