@@ -16,14 +16,11 @@
 #include "common/error.h"
 
 namespace mimesis::runtime {
-namespace {
 
 Time system_offset() {
   return std::chrono::system_clock::now().time_since_epoch() -
          std::chrono::steady_clock::now().time_since_epoch();
 }
-
-}  // namespace
 
 GraphTime::GraphTime(const std::string& directory)
     : path_(directory + "/wall_clock"), system_(system_offset()) {

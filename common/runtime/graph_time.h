@@ -7,6 +7,9 @@
 
 namespace mimesis::runtime {
 
+/// System clock - monotonic time of this host.
+Time system_offset();
+
 /// Time of a graph on the wall clock: what the system clock said when the first node of the graph
 /// started on this host, and monotonic time since then. Setting the system clock moves nothing. On
 /// several hosts it is the time of the launcher's host: there `set_offset` follows that clock, so

@@ -26,11 +26,6 @@ constexpr auto kReconnect = 1s;
 constexpr auto kConnecting = 30s;  // ssh with its logins
 constexpr Time kAhead = 1ms;       // clocks further apart are named
 
-Time system_offset() {
-  return std::chrono::system_clock::now().time_since_epoch() -
-         std::chrono::steady_clock::now().time_since_epoch();
-}
-
 }  // namespace
 
 FarHost::FarHost(Host spec, std::string graph, const runtime::GraphTime& time)
@@ -197,8 +192,8 @@ void FarHost::measure(const v1::HostReport& report) {
   link_.put(order);
   graph_ahead_ = up_ ? Time(report.graph_offset_ns()) - best.graph_minus_there : Time(0);
   // Monotonic times: there - here = time_.offset() - graph_minus_there.
-  system_ahead_ =
-      time_.offset() - best.graph_minus_there + Time(report.system_offset_ns()) - system_offset();
+  system_ahead_ = time_.offset() - best.graph_minus_there + Time(report.system_offset_ns()) -
+                  runtime::system_offset();
   if (!up_ && was_up_) say("host '{}' is back", name());
   up_ = was_up_ = true;
   const bool apart = std::abs(system_ahead_.count()) > (kAhead + best.delay / 2).count();
