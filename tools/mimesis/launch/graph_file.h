@@ -163,4 +163,7 @@ void sort_by_start(GraphFile& graph);
 /// at the end, in the same order. Precondition: no circle.
 std::vector<std::vector<std::string>> stop_order(const GraphFile& graph);
 
+/// JSON Schema of launch files, for editors: launch.schema.json, in the program mimesis-launch.
+extern const char* const kSchema;
+
 }  // namespace mimesis::launch

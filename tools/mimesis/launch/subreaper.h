@@ -1,12 +1,28 @@
 #pragma once
+#include <fmt/format.h>
+
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <utility>
 
 #include "tools/mimesis/launch/process.h"
-#include "tools/mimesis/launch/say.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::launch {
+
+/// The status line of this process: other lines take it away first.
+inline tool::StatusLine& status_line() {
+  static tool::StatusLine line;
+  return line;
+}
+
+template <class... Args>
+void say(fmt::format_string<Args...> format, Args&&... args) {
+  const std::string line = fmt::format(format, std::forward<Args>(args)...);
+  status_line().clear();
+  std::fprintf(stderr, "mimesis: %s\n", line.c_str());
+}
 
 /// Runs `work` in a child process and stays its parent, so that nothing can outlive a launch:
 ///  - kill -9 of this process: the child gets SIGTERM and stops its nodes in order;

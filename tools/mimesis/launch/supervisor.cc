@@ -25,7 +25,6 @@
 #include "common/time.h"
 #include "tools/mimesis/launch/hosts.h"
 #include "tools/mimesis/launch/process.h"
-#include "tools/mimesis/launch/say.h"
 #include "tools/mimesis/launch/subreaper.h"
 #include "tools/mimesis/table.h"
 
