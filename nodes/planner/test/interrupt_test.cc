@@ -11,10 +11,10 @@
 #include <random>
 #include <set>
 
-#include "common/model/files.h"
 #include "common/testing/no_malloc.h"
 #include "nodes/planner/move_plan.h"
 #include "nodes/planner/test/arms.h"
+#include "nodes/planner/test/demo.h"
 
 namespace mimesis::planner {
 namespace {
@@ -63,30 +63,12 @@ TEST(Interrupt, AsksEachSoManiethTimeAndNeverTakesAYesBack) {
   EXPECT_EQ(never.told_at(), Interrupt::kNever);
 }
 
-struct InterruptDemo {
-  kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  kin::Table table = model::load_table("bar_table.yaml");
-  TaskSettings settings;
-  Roadmap roadmap = prepare_roadmap(arm, table, settings);
-
-  tl::expected<TaskPlan, Status> plan(const Task& task, const Interrupt& interrupt) const {
-    TaskSettings with = settings;
-    with.interrupt = interrupt;
-    return plan_task(arm, table, roadmap, arm.home, task, with);
-  }
-};
-
-const InterruptDemo& demo_of_tasks() {
-  static const InterruptDemo one;
-  return one;
-}
-
 const std::array kTasks{Task{Grip::precision, Transport::above, "high", {}},
                         Task{Grip::full, Transport::below, "low", {}}};
 
 TEST(Interrupt, EndsATaskWithAReasonOrLeavesItWhole) {
   constexpr int kSamples = 5;
-  const InterruptDemo& d = demo_of_tasks();
+  const Demo& d = demo();
   std::mt19937_64 random(11);
   for (const Task& task : kTasks) {
     const auto whole = d.plan(task, {});
@@ -112,7 +94,7 @@ TEST(Interrupt, EndsATaskWithAReasonOrLeavesItWhole) {
 }
 
 TEST(Interrupt, LeavesNoHalfRoadmap) {
-  const InterruptDemo& d = demo_of_tasks();
+  const Demo& d = demo();
   const auto known = std::make_shared<const Roadmap>(d.roadmap);
   kin::Table moved = d.table;
   for (kin::Ball& ball : moved.balls) ball.center.y() += 0.08;
@@ -177,7 +159,7 @@ TEST(Interrupt, EndsMovesAtAnyQuestion) {
 /// tens of times in each iteration, a sample of a motion about ten times.
 TEST(Interrupt, IsAskedBetweenSmallPartsOfAllWork) {
   constexpr std::uint64_t kMost = 600;
-  const InterruptDemo& d = demo_of_tasks();
+  const Demo& d = demo();
   TaskSettings settings = d.settings;
   std::uint64_t before = testing::allocations(), most = 0;
   std::string part;
@@ -198,7 +180,7 @@ TEST(Interrupt, IsAskedBetweenSmallPartsOfAllWork) {
 
 TEST(Interrupt, MeetsDeadlinesOfTheWallClock) {
   using Clock = std::chrono::steady_clock;
-  const InterruptDemo& d = demo_of_tasks();
+  const Demo& d = demo();
   std::mt19937_64 random(14);
   for (int i = 0; i < 12; ++i) {
     const double exponent = std::uniform_real_distribution(-6.0, std::log10(2.0))(random);

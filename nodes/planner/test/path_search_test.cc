@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
 #include "nodes/planner/roadmap.h"
 #include "nodes/planner/smooth_path.h"
 #include "nodes/planner/test/arms.h"
@@ -269,6 +273,206 @@ TEST(Shortened, KeepsEndsAndNeverLengthens) {
   const double shortest = 2.0 * std::sqrt(3.0) + M_PI / 3.0;
   EXPECT_GE(path_length(path), shortest);
   EXPECT_LT(path_length(path), 1.05 * shortest);
+}
+
+constexpr double kWeight = 1e-7;         // weights are stored in single precision
+const std::vector<char> kAllFree(4, 0);  // of four nodes
+const std::vector<int> kLast{3};
+
+void link(NeighbourLists& links, int a, int b, double length) {
+  links[static_cast<std::size_t>(a)].push_back({b, length});
+  links[static_cast<std::size_t>(b)].push_back({a, length});
+}
+
+/// Steps of a breadth-first search from `source`; -1: not reached.
+std::vector<int> hops(const Linkage& links, const std::vector<char>& inhibited, int source) {
+  std::vector<int> steps(links.size(), -1);
+  std::queue<int> open;
+  steps[static_cast<std::size_t>(source)] = 0;
+  for (open.push(source); !open.empty(); open.pop()) {
+    for (const Link& next : links[static_cast<std::size_t>(open.front())]) {
+      const auto j = static_cast<std::size_t>(next.to);
+      if (inhibited[j] || steps[j] >= 0) continue;
+      steps[j] = steps[static_cast<std::size_t>(open.front())] + 1;
+      open.push(next.to);
+    }
+  }
+  return steps;
+}
+
+TEST(Wave, MultipliesWeightsAlongAChain) {  // v_i = exp(-distance to the goal)
+  NeighbourLists links(4);
+  link(links, 0, 1, 0.5);
+  link(links, 1, 2, 0.25);
+  link(links, 2, 3, 1.0);
+  const Wave wave = expand_wave(links, kAllFree, {}, 0, kLast);
+  ASSERT_TRUE(wave.reached);
+  EXPECT_NEAR(wave.v[0], std::exp(-1.75), kWeight);
+  EXPECT_EQ(follow_wave(links, wave, 0), (std::vector<int>{0, 1, 2, 3}));
+}
+
+TEST(Wave, SumsOverTheActiveNeighboursOfTheStepBefore) {
+  // Diamond 0 - {1, 2} - 3, and 1 - 2, which become active together and do not interact.
+  NeighbourLists links(4);
+  link(links, 0, 1, 1.0);
+  link(links, 0, 2, 2.0);
+  link(links, 1, 3, 0.3);
+  link(links, 2, 3, 0.1);
+  link(links, 1, 2, 0.01);
+  const Wave wave = expand_wave(links, kAllFree, {}, 0, kLast);
+  EXPECT_NEAR(wave.v[1], std::exp(-0.3), kWeight);
+  EXPECT_NEAR(wave.v[2], std::exp(-0.1), kWeight);
+  EXPECT_NEAR(wave.v[0], std::exp(-1.3) + std::exp(-2.1), kWeight);
+  // Backward search goes to the neighbour that is excited most, 2, though the way by 1 is shorter.
+  EXPECT_EQ(follow_wave(links, wave, 0), (std::vector<int>{0, 2, 3}));
+}
+
+TEST(Wave, CheaperNodesAreExcitedMore) {
+  NeighbourLists links(4);
+  link(links, 0, 1, 1.0);
+  link(links, 0, 2, 1.0);
+  link(links, 1, 3, 1.0);
+  link(links, 2, 3, 0.9);
+  EXPECT_EQ(follow_wave(links, expand_wave(links, kAllFree, {}, 0, kLast), 0)[1], 2);
+  const std::vector<double> cost{1.0, 0.5, 1.0, 1.0};
+  EXPECT_EQ(follow_wave(links, expand_wave(links, kAllFree, cost, 0, kLast), 0)[1], 1);
+}
+
+TEST(Wave, TakesAsManyStepsAsBreadthFirstSearchAndAvoidsInhibitedNodes) {
+  const Linkage links = connect(halton(2, 500, 11), 4);
+  std::vector<char> inhibited(500, 0);
+  for (std::size_t i = 0; i < 500; i += 9) inhibited[i] = 1;
+  const int start = 1, goal = 498;
+  const std::vector<int> expected = hops(links, inhibited, goal);
+  const std::vector<int> goals{goal};
+  const Wave wave = expand_wave(links, inhibited, {}, start, goals);
+  ASSERT_GT(expected[1], 3) << "a case worth testing";
+  ASSERT_TRUE(wave.reached);
+  EXPECT_EQ(wave.arrival[1], expected[1]);
+  const std::vector<int> path = follow_wave(links, wave, start);
+  EXPECT_EQ(static_cast<int>(path.size()), expected[1] + 1);
+  for (const int i : path) EXPECT_FALSE(inhibited[static_cast<std::size_t>(i)]);
+  EXPECT_EQ(path.back(), goal);
+}
+
+TEST(Wave, DoesNotReachAStartThatIsCutOff) {
+  NeighbourLists links(3);
+  link(links, 0, 1, 1.0);
+  link(links, 1, 2, 1.0);
+  const std::vector<char> middle_off{0, 1, 0};
+  const std::vector<int> goals{2};
+  const Wave wave = expand_wave(links, middle_off, {}, 0, goals);
+  EXPECT_FALSE(wave.reached);
+  EXPECT_TRUE(follow_wave(links, wave, 0).empty());
+}
+
+TEST(Wave, EndsAtTheNearestOfSeveralGoals) {
+  NeighbourLists links(4);
+  link(links, 0, 1, 1.0);
+  link(links, 1, 2, 1.0);
+  link(links, 0, 3, 1.0);
+  const std::vector<int> goals{2, 3};
+  EXPECT_EQ(follow_wave(links, expand_wave(links, kAllFree, {}, 0, goals), 0),
+            (std::vector<int>{0, 3}));
+}
+
+Eigen::MatrixXd on_a_line(std::initializer_list<double> xs) {
+  Eigen::MatrixXd nodes(1, static_cast<Eigen::Index>(xs.size()));
+  std::copy(xs.begin(), xs.end(), nodes.data());
+  return nodes;
+}
+
+double strength(const Neighbour& to) { return -to.length; }
+double strength(const Link& link) { return link.weight; }
+
+const auto* find_link(const auto& links, std::size_t from, int to) {
+  const auto list = std::span(links[from]);
+  const auto link = std::ranges::find(list, to, [](const auto& l) { return l.to; });
+  return link == list.end() ? nullptr : &*link;
+}
+
+void expect_symmetric(const auto& links) {
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    for (const auto& link : links[i]) {
+      const auto* back = find_link(links, static_cast<std::size_t>(link.to), static_cast<int>(i));
+      ASSERT_NE(back, nullptr) << i << " -> " << link.to;
+      EXPECT_EQ(strength(*back), strength(link));
+    }
+  }
+}
+
+TEST(NearestNeighbours, AreThoseOfASortOverAllPairs) {
+  const Eigen::MatrixXd nodes = halton(3, 200, 7);
+  const NeighbourLists lists = nearest_neighbours(nodes, 5);
+  for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+    std::vector<std::pair<double, int>> all;
+    for (Eigen::Index j = 0; j < nodes.cols(); ++j) {
+      if (j != i) all.emplace_back((nodes.col(i) - nodes.col(j)).norm(), static_cast<int>(j));
+    }
+    std::sort(all.begin(), all.end());
+    const auto& list = lists[static_cast<std::size_t>(i)];
+    ASSERT_EQ(list.size(), 5u);
+    for (std::size_t k = 0; k < 5; ++k) {
+      EXPECT_EQ(list[k].to, all[k].second);
+      EXPECT_NEAR(list[k].length, all[k].first, 1e-12);
+    }
+  }
+}
+
+TEST(NearestNeighbours, OfFewNodesAreAllOthers) {
+  EXPECT_EQ(nearest_neighbours(on_a_line({0.0, 1.0}), 8)[0].size(), 1u);
+  EXPECT_TRUE(nearest_neighbours(on_a_line({0.0}), 8)[0].empty());
+  EXPECT_TRUE(nearest_neighbours(Eigen::MatrixXd(2, 0), 8).empty());
+}
+
+TEST(Symmetrised, AddsTheReverseOfOneSidedLinks) {
+  // 1 is the nearest of 0, but the nearest of 1 is 2.
+  const Eigen::MatrixXd nodes = on_a_line({0.0, 1.0, 1.5});
+  const NeighbourLists lists = nearest_neighbours(nodes, 1);
+  EXPECT_EQ(find_link(lists, 1, 0), nullptr);
+  const NeighbourLists links = symmetrised(lists, 1);
+  expect_symmetric(links);
+  EXPECT_NE(find_link(links, 1, 0), nullptr);
+}
+
+TEST(Pruned, RemovesTheLongSideOfObtuseTrianglesOnly) {
+  Eigen::MatrixXd obtuse(2, 3), acute(2, 3);
+  obtuse << 0.0, 1.0, 2.0, 0.0, 0.2, 0.0;
+  acute << 0.0, 1.0, 2.0, 0.0, 1.5, 0.0;
+  const NeighbourLists without = pruned(symmetrised(nearest_neighbours(obtuse, 2), 2));
+  EXPECT_EQ(find_link(without, 0, 2), nullptr);
+  EXPECT_EQ(find_link(without, 2, 0), nullptr);
+  EXPECT_NE(find_link(without, 0, 1), nullptr);
+  const NeighbourLists whole = pruned(symmetrised(nearest_neighbours(acute, 2), 2));
+  EXPECT_EQ(whole[0].size() + whole[1].size() + whole[2].size(), 6u);
+}
+
+TEST(JoinClusters, AddsTheShortestLinkOfEveryPair) {
+  // Two groups of three; with k = 1 they are apart, with 2k = 3 extended neighbours they see each
+  // other.
+  const Eigen::MatrixXd nodes = on_a_line({0.0, 0.1, 0.2, 1.0, 1.1, 1.2});
+  const NeighbourLists extended = nearest_neighbours(nodes, 3);
+  NeighbourLists links = symmetrised(extended, 1);
+  EXPECT_EQ(clusters(links), (std::vector<int>{0, 0, 0, 1, 1, 1}));
+  join_clusters(links, extended);
+  EXPECT_EQ(clusters(links), std::vector<int>(6, 0));
+  EXPECT_NE(find_link(links, 2, 3), nullptr);  // 0.8, the shortest
+  EXPECT_EQ(find_link(links, 1, 3), nullptr);
+  expect_symmetric(links);
+}
+
+TEST(Clusters, LeaveInhibitedNodesOut) {
+  const NeighbourLists links = symmetrised(nearest_neighbours(on_a_line({0.0, 1.0, 2.0}), 2), 1);
+  const std::vector<char> middle_off{0, 1, 0};
+  EXPECT_EQ(clusters(links, middle_off), (std::vector<int>{0, -1, 1}));
+}
+
+TEST(Connect, GivesASymmetricTriangleFreeNetwork) {
+  const Eigen::MatrixXd nodes = halton(4, 600, 3);
+  const Linkage links = connect(nodes, 4);
+  expect_symmetric(links);
+  const auto cluster = clusters(links);
+  EXPECT_EQ(*std::max_element(cluster.begin(), cluster.end()), 0) << "one cluster";
 }
 
 }  // namespace

@@ -7,27 +7,10 @@
 #include <numbers>
 #include <optional>
 
-#include "common/model/files.h"
+#include "nodes/planner/test/demo.h"
 
 namespace mimesis::planner {
 namespace {
-
-/// Arm, table and roadmap of the demo.
-struct Demo {
-  kin::ArmModel arm = model::load_arm("lwr4.yaml");
-  kin::Table table = model::load_table("bar_table.yaml");
-  TaskSettings settings;
-  Roadmap roadmap = prepare_roadmap(arm, table, settings);
-
-  tl::expected<TaskPlan, Status> plan(const Task& task) const {
-    return plan_task(arm, table, roadmap, arm.home, task, settings);
-  }
-};
-
-const Demo& demo() {
-  static const Demo one;
-  return one;
-}
 
 const Task kAboveHigh{Grip::precision, Transport::above, "high"};
 const Task kBelowLow{Grip::full, Transport::below, "low"};
