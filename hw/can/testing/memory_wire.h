@@ -1,12 +1,34 @@
 #pragma once
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "hw/can/bus.h"
 
 namespace mimesis::hw::can {
+
+/// A frame from "205#0F0000000000": identifier and data in hexadecimal digits.
+inline Frame frame(const std::string& text) {
+  const std::size_t hash = text.find('#');
+  Frame made{.id = static_cast<std::uint32_t>(std::stoul(text.substr(0, hash), nullptr, 16))};
+  for (std::size_t i = hash + 1; i + 1 < text.size(); i += 2)
+    made.data[made.length++] =
+        static_cast<std::uint8_t>(std::stoul(text.substr(i, 2), nullptr, 16));
+  return made;
+}
+
+/// And back.
+inline std::string frame_text(const Frame& frame) {
+  std::string text = fmt::format("{:03X}#", frame.id);
+  for (const std::uint8_t byte : std::span(frame.data).first(frame.length))
+    text += fmt::format("{:02X}", byte);
+  return text;
+}
 
 /// A wire in memory for tests on one thread. Participants leave by being destroyed.
 class MemoryWire {

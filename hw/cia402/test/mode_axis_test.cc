@@ -2,7 +2,6 @@
 // and pushes.
 #include "hw/cia402/mode_axis.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -46,12 +45,7 @@ class OneMode : public ::testing::Test {
   bool enable() {
     return until([&] { return axis->enabled(); });
   }
-  std::string sent() const {
-    std::string text;
-    for (int i = 0; i < last_command.length; ++i)
-      text += fmt::format("{:02X}", last_command.data[static_cast<std::size_t>(i)]);
-    return text;
-  }
+  std::string sent() const { return frame_text(last_command).substr(4); }
   const sim::Drive& drive() const { return rack->drives()[0]; }
 
   can::MemoryWire wire;

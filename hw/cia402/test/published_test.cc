@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/canopen.h"
 #include "hw/cia402/cia402.h"
 #include "hw/cia402/setup.h"
@@ -10,20 +11,7 @@
 namespace mimesis::hw::cia402 {
 namespace {
 
-std::string text(const can::Frame& f) {
-  std::string line = fmt::format("{:03X}#", f.id);
-  for (int i = 0; i < f.length; ++i)
-    line += fmt::format("{:02X}", f.data[static_cast<std::size_t>(i)]);
-  return line;
-}
-
-can::Frame frame(const std::string& text) {
-  const std::size_t hash = text.find('#');
-  can::Frame f{.id = static_cast<std::uint32_t>(std::stoul(text.substr(0, hash), nullptr, 16))};
-  for (std::size_t i = hash + 1; i + 1 < text.size(); i += 2)
-    f.data[f.length++] = static_cast<std::uint8_t>(std::stoul(text.substr(i, 2), nullptr, 16));
-  return f;
-}
+using can::frame;
 
 TEST(Published, NetworkManagement) {
   const std::pair<Nmt, const char*> commands[] = {{Nmt::start, "000#0105"},
@@ -31,12 +19,12 @@ TEST(Published, NetworkManagement) {
                                                   {Nmt::pre_operational, "000#8005"},
                                                   {Nmt::reset_node, "000#8105"},
                                                   {Nmt::reset_communication, "000#8205"}};
-  for (const auto& [command, bytes] : commands) EXPECT_EQ(text(nmt(command, 5)), bytes);
-  EXPECT_EQ(text(sync()), "080#");
-  EXPECT_EQ(text(heartbeat(5, NmtState::boot_up)), "705#00");
-  EXPECT_EQ(text(heartbeat(5, NmtState::stopped)), "705#04");
-  EXPECT_EQ(text(heartbeat(5, NmtState::operational)), "705#05");
-  EXPECT_EQ(text(heartbeat(5, NmtState::pre_operational)), "705#7F");
+  for (const auto& [command, bytes] : commands) EXPECT_EQ(frame_text(nmt(command, 5)), bytes);
+  EXPECT_EQ(frame_text(sync()), "080#");
+  EXPECT_EQ(frame_text(heartbeat(5, NmtState::boot_up)), "705#00");
+  EXPECT_EQ(frame_text(heartbeat(5, NmtState::stopped)), "705#04");
+  EXPECT_EQ(frame_text(heartbeat(5, NmtState::operational)), "705#05");
+  EXPECT_EQ(frame_text(heartbeat(5, NmtState::pre_operational)), "705#7F");
 }
 
 TEST(Published, Emergencies) {
@@ -49,16 +37,16 @@ TEST(Published, Emergencies) {
                                     {0x8611, "following error (0x8611)"}}) {
     EXPECT_EQ(emergency_text(static_cast<std::uint16_t>(code)), words);
   }
-  EXPECT_EQ(text(emergency(5, 0x8611, 0x21)), "085#1186210000000000");
+  EXPECT_EQ(frame_text(emergency(5, 0x8611, 0x21)), "085#1186210000000000");
 }
 
 TEST(Published, ExpeditedTransfers) {
   const char* const downloads[] = {"605#2F60600008000000", "605#2B17106408030000",
                                    "605#2760600008030100", "605#2300140105020080"};
-  EXPECT_EQ(text(sdo_download(5, {0x6060, 0}, 8, 1)), downloads[0]);
-  EXPECT_EQ(text(sdo_download(5, {0x1017, 0x64}, 0x0308, 2)), downloads[1]);
-  EXPECT_EQ(text(sdo_download(5, {0x6060, 0}, 0x010308, 3)), downloads[2]);
-  EXPECT_EQ(text(sdo_download(5, {0x1400, 1}, 0x80000205, 4)), downloads[3]);
+  EXPECT_EQ(frame_text(sdo_download(5, {0x6060, 0}, 8, 1)), downloads[0]);
+  EXPECT_EQ(frame_text(sdo_download(5, {0x1017, 0x64}, 0x0308, 2)), downloads[1]);
+  EXPECT_EQ(frame_text(sdo_download(5, {0x6060, 0}, 0x010308, 3)), downloads[2]);
+  EXPECT_EQ(frame_text(sdo_download(5, {0x1400, 1}, 0x80000205, 4)), downloads[3]);
   for (const auto& [answer, bytes] :
        {std::pair<const char*, std::size_t>{"585#4F61600008000000", 1},
         {"585#4B41603702000000", 2},
@@ -66,7 +54,7 @@ TEST(Published, ExpeditedTransfers) {
         {"585#4364600001020304", 4}}) {
     const can::Frame f = frame(answer);
     SdoTransfer transfer = SdoTransfer::upload(5, parse_sdo_response(f).object);
-    EXPECT_EQ(text(transfer.first()).substr(0, 6), "605#40");
+    EXPECT_EQ(frame_text(transfer.first()).substr(0, 6), "605#40");
     EXPECT_EQ(transfer.handle(f), std::nullopt);
     EXPECT_TRUE(transfer.done());
     EXPECT_EQ(transfer.data().size(), bytes);
@@ -78,10 +66,10 @@ TEST(Published, ExpeditedTransfers) {
 /// A name of 11 bytes: announced by 41h, asked for by 60h and 70h in turn, the last bit ends it.
 TEST(Published, AnUploadInSegments) {
   SdoTransfer transfer = SdoTransfer::upload(5, {0x1008, 0});
-  EXPECT_EQ(text(transfer.first()), "605#4008100000000000");
-  EXPECT_EQ(text(*transfer.handle(frame("585#410810000B000000"))), "605#6000000000000000");
+  EXPECT_EQ(frame_text(transfer.first()), "605#4008100000000000");
+  EXPECT_EQ(frame_text(*transfer.handle(frame("585#410810000B000000"))), "605#6000000000000000");
   EXPECT_EQ(transfer.handle(frame("586#00536572766F2064")), std::nullopt) << "of another node";
-  EXPECT_EQ(text(*transfer.handle(frame("585#00536572766F2064"))), "605#7000000000000000");
+  EXPECT_EQ(frame_text(*transfer.handle(frame("585#00536572766F2064"))), "605#7000000000000000");
   EXPECT_EQ(transfer.handle(frame("585#1772697665000000")), std::nullopt);
   EXPECT_TRUE(transfer.done());
   EXPECT_EQ(transfer.failure(), "");
@@ -91,9 +79,9 @@ TEST(Published, AnUploadInSegments) {
 TEST(Published, ADownloadInSegments) {
   SdoTransfer transfer =
       SdoTransfer::download(5, {0x2000, 0}, {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i'});
-  EXPECT_EQ(text(transfer.first()), "605#2100200009000000");
-  EXPECT_EQ(text(*transfer.handle(frame("585#6000200000000000"))), "605#0061626364656667");
-  EXPECT_EQ(text(*transfer.handle(frame("585#2000000000000000"))), "605#1B68690000000000");
+  EXPECT_EQ(frame_text(transfer.first()), "605#2100200009000000");
+  EXPECT_EQ(frame_text(*transfer.handle(frame("585#6000200000000000"))), "605#0061626364656667");
+  EXPECT_EQ(frame_text(*transfer.handle(frame("585#2000000000000000"))), "605#1B68690000000000");
   EXPECT_EQ(transfer.handle(frame("585#3000000000000000")), std::nullopt);
   EXPECT_TRUE(transfer.done());
   EXPECT_EQ(transfer.failure(), "");
@@ -105,7 +93,7 @@ TEST(Published, TransfersThatFail) {
     std::string last;
     for (const std::string& answer : answers) {
       const auto next = transfer.handle(frame(answer));
-      last = next ? text(*next) : "";
+      last = next ? frame_text(*next) : "";
     }
     EXPECT_TRUE(transfer.done());
     return transfer.failure() + (last.empty() ? "" : " " + last);

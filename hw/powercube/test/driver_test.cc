@@ -1,7 +1,6 @@
 // The driver and simulated modules on a wire in memory, and the published bytes of the protocol.
 #include "hw/powercube/driver.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,22 +16,15 @@ using namespace std::chrono_literals;
 
 constexpr Time kCycle = 20ms;  // 50 Hz: what modules of 500 kbit/s keep up with
 
-std::string text(const can::Frame& f) {
-  std::string line = fmt::format("{:03X}#", f.id);
-  for (int i = 0; i < f.length; ++i)
-    line += fmt::format("{:02X}", f.data[static_cast<std::size_t>(i)]);
-  return line;
-}
-
 /// Identifiers 0A0h, 0C0h, 0E0h + module and 100h; commands, parameters and modes of
 /// ProtocolCommands.h.
 TEST(Protocol, BytesAsPublished) {
-  EXPECT_EQ(text(to_all(Command::watchdog)), "100#07");
-  EXPECT_EQ(text(get(3, Parameter::state)), "0C3#0A27");
-  EXPECT_EQ(text(get(3, Parameter::position)), "0C3#0A3C");
-  EXPECT_EQ(text(set(3, Parameter::max_velocity, 0.5f)), "0E3#08480000003F");
-  EXPECT_EQ(text(set(3, Parameter::config, 0x01020304u)), "0E3#083904030201");
-  EXPECT_EQ(text(step(3, -1.0f, 20)), "0E3#0B10000080BF1400");
+  EXPECT_EQ(frame_text(to_all(Command::watchdog)), "100#07");
+  EXPECT_EQ(frame_text(get(3, Parameter::state)), "0C3#0A27");
+  EXPECT_EQ(frame_text(get(3, Parameter::position)), "0C3#0A3C");
+  EXPECT_EQ(frame_text(set(3, Parameter::max_velocity, 0.5f)), "0E3#08480000003F");
+  EXPECT_EQ(frame_text(set(3, Parameter::config, 0x01020304u)), "0E3#083904030201");
+  EXPECT_EQ(frame_text(step(3, -1.0f, 20)), "0E3#0B10000080BF1400");
 }
 
 TEST(Protocol, AnswersAsPublished) {

@@ -1,14 +1,16 @@
 // The slave byte by byte, without the bridge's codec.
 #include "hw/sim/cia402/slave.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "hw/can/testing/memory_wire.h"
+
 namespace mimesis::hw::sim {
 namespace {
 
+using can::frame;
 using namespace std::chrono_literals;
 
 class Bytes : public ::testing::Test {
@@ -22,19 +24,6 @@ class Bytes : public ::testing::Test {
     slave.boot(out);
   }
   /// Frame "605#40081000": identifier and bytes as candump writes them.
-  static can::Frame frame(const std::string& text) {
-    const std::size_t hash = text.find('#');
-    can::Frame f{.id = static_cast<std::uint32_t>(std::stoul(text.substr(0, hash), nullptr, 16))};
-    for (std::size_t i = hash + 1; i + 1 < text.size(); i += 2)
-      f.data[f.length++] = static_cast<std::uint8_t>(std::stoul(text.substr(i, 2), nullptr, 16));
-    return f;
-  }
-  static std::string text(const can::Frame& f) {
-    std::string line = fmt::format("{:03X}#", f.id);
-    for (int i = 0; i < f.length; ++i)
-      line += fmt::format("{:02X}", f.data[static_cast<std::size_t>(i)]);
-    return line;
-  }
   /// What it answers: its frames with a space between.
   std::string ask(const std::string& request) {
     out.clear();
@@ -48,7 +37,7 @@ class Bytes : public ::testing::Test {
   }
   std::string said() {
     std::string all;
-    for (const can::Frame& f : out) all += (all.empty() ? "" : " ") + text(f);
+    for (const can::Frame& f : out) all += (all.empty() ? "" : " ") + frame_text(f);
     return all;
   }
 
