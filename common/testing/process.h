@@ -1,4 +1,5 @@
 #pragma once
+#include <gtest/gtest.h>
 #include <sys/types.h>
 
 #include <chrono>
@@ -63,6 +64,20 @@ class Process {
   pid_t pid_ = -1;
   int pidfd_ = -1, out_ = -1, err_ = -1;
   std::optional<int> status_;
+};
+
+/// Calls of the program `mimesis`; what the last one said is kept.
+class VerbTest : public ::testing::Test {
+ protected:
+  /// Its exit code; -1: it still runs after `timeout`.
+  int call(const std::vector<std::string>& words, std::chrono::milliseconds timeout = 60s) {
+    Process process("mimesis", words);
+    const int code = process.wait(timeout).value_or(-1);
+    output_ = process.output();
+    errors_ = process.errors();
+    return code;
+  }
+  std::string output_, errors_;
 };
 
 /// The test's own node in `graph`, on the wall clock or in lock-step: declare ports, `open()`, then

@@ -12,22 +12,16 @@
 namespace mimesis::tool {
 namespace {
 
-using namespace std::chrono_literals;
 using nlohmann::json;
-using testing::Process;
 namespace fs = std::filesystem;
 
 const std::string kScenarios = std::string(MIMESIS_SOURCE_DIR) + "/launch/crowd";
 
-class Crowd : public ::testing::Test {
+class Crowd : public testing::VerbTest {
  protected:
   int run(std::vector<std::string> words) {
     words.insert(words.begin(), "crowd");
-    Process p("mimesis", words);
-    const int code = p.wait(60s).value_or(-1);
-    output_ = p.output();
-    errors_ = p.errors();
-    return code;
+    return call(words);
   }
   std::string written(const std::string& text) const {
     std::ofstream(folder_ / "made.yaml") << text;
@@ -35,7 +29,6 @@ class Crowd : public ::testing::Test {
   }
 
   testing::TemporaryFolder folder_;
-  std::string output_, errors_;
 };
 
 const std::string kRing = R"(gaits:

@@ -24,9 +24,7 @@
 namespace mimesis::tool {
 namespace {
 
-using namespace std::chrono_literals;
 using nlohmann::json;
-using testing::Process;
 namespace fs = std::filesystem;
 
 /// Six trials of two harmonics with tied delays: two sources describe them exactly.
@@ -128,18 +126,14 @@ std::string bvh_text(const mocap::Clip& clip) {
 
 const std::string kBiped = std::string(MIMESIS_SOURCE_DIR) + "/models/biped.yaml";
 
-class Demix : public ::testing::Test {
+class Demix : public testing::VerbTest {
  protected:
   Demix() { mocap::write_trials(waves(), path("waves.csv")); }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   int run(std::vector<std::string> words) {
     words.insert(words.begin(), "demix");
-    Process p("mimesis", words);
-    const int code = p.wait(60s).value_or(-1);
-    output_ = p.output();
-    errors_ = p.errors();
-    return code;
+    return call(words);
   }
   /// Exit code 2 and one line that contains `text`.
   void refuses(const std::vector<std::string>& words, const std::string& text) {
@@ -150,7 +144,6 @@ class Demix : public ::testing::Test {
   }
 
   testing::TemporaryFolder folder_;
-  std::string output_, errors_;
 };
 
 TEST_F(Demix, LearnsAModelWithItsProvenance) {

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Pictures of a pair, rendered once for all tests: left00.png, right00.png, ...
-class Calibrate : public ::testing::Test {
+class Calibrate : public testing::VerbTest {
  protected:
   static constexpr int kPositions = 6;
 
@@ -44,18 +44,13 @@ class Calibrate : public ::testing::Test {
 
   int run(std::vector<std::string> words) {
     words.insert(words.begin(), "calibrate");
-    testing::Process process("mimesis", words);
-    const int code = process.wait(std::chrono::seconds(100)).value_or(-1);
-    out_ = process.output();
-    err_ = process.errors();
-    return code;
+    return call(words, std::chrono::seconds(100));
   }
   std::string at(const char* name) const { return (folder_ / name).string(); }
 
   static inline const vision::Board board_{8, 5, 0.03};
   static inline testing::TemporaryFolder folder_;
   static inline std::array<vision::TrueCamera, 2> pair_;
-  std::string out_, err_;
 };
 
 TEST_F(Calibrate, MakesARigAndPlacesItOnTheTable) {
@@ -63,8 +58,8 @@ TEST_F(Calibrate, MakesARigAndPlacesItOnTheTable) {
   ASSERT_EQ(run({"stereo", at("left"), at("right"), "--board", "8x5", "--square-m", "0.03", "-o",
                  rig_file, "--json"}),
             0)
-      << err_;
-  const json report = json::parse(out_);
+      << errors_;
+  const json report = json::parse(output_);
   EXPECT_EQ(report["used"], kPositions);
   EXPECT_NEAR(report["baseline_m"].get<double>(), pair_[1].p_FC.norm(),
               0.02 * pair_[1].p_FC.norm());
@@ -80,11 +75,11 @@ TEST_F(Calibrate, MakesARigAndPlacesItOnTheTable) {
   ASSERT_EQ(run({"table", rig_file, file("left", 0), file("right", 0), "--board", "8x5",
                  "--square-m", "0.03", "-o", at("near.yaml")}),
             0)
-      << err_;
+      << errors_;
   ASSERT_EQ(run({"table", rig_file, file("left", 0), "--board", "8x5", "--square-m", "0.03",
                  "--side", "far", "-o", at("far.yaml")}),
             0)
-      << err_;
+      << errors_;
   const image::Rig near = model::load_rig(at("near.yaml")), far = model::load_rig(at("far.yaml"));
   EXPECT_EQ(near.frame, image::Rig::Frame::table);
   EXPECT_GT(near.cameras[0].camera.eye().y(), 0.2);  // above the table
@@ -102,8 +97,8 @@ TEST_F(Calibrate, OneCameraOfAFolder) {
   ASSERT_EQ(run({"mono", alone.string(), "--board", "8x5", "--square-m", "0.03", "--name", "head",
                  "-o", at("mono.yaml")}),
             0)
-      << err_;
-  EXPECT_NE(out_.find("advice: take 12 positions"), std::string::npos) << out_;
+      << errors_;
+  EXPECT_NE(output_.find("advice: take 12 positions"), std::string::npos) << output_;
   const image::Rig rig = model::load_rig(at("mono.yaml"));
   ASSERT_EQ(rig.cameras.size(), 1u);
   EXPECT_EQ(rig.cameras[0].name, "head");
@@ -113,20 +108,20 @@ TEST_F(Calibrate, OneCameraOfAFolder) {
 TEST_F(Calibrate, MistakesAreToldInOneLine) {
   const std::string left = at("left"), right = at("right");
   EXPECT_EQ(run({"stereo", right, left, "--board", "8x5", "--square-m", "0.03"}), 1);
-  EXPECT_NE(err_.find("are the pictures swapped?"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("are the pictures swapped?"), std::string::npos) << errors_;
   const fs::path two = folder_ / "two";  // a search for what is not there takes long
   fs::create_directory(two);
   for (const int i : {0, 1}) fs::copy(file("left", i), two / fs::path(file("left", i)).filename());
   EXPECT_EQ(run({"mono", two.string(), "--board", "7x5", "--square-m", "0.03"}), 2);
-  EXPECT_NE(err_.find("shows 8x5 inner corners, not 7x5"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("shows 8x5 inner corners, not 7x5"), std::string::npos) << errors_;
   EXPECT_EQ(run({"stereo", left, right, "--board", "8by5", "--square-m", "0.03"}), 2);
-  EXPECT_NE(err_.find("expected the numbers of inner corners"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("expected the numbers of inner corners"), std::string::npos) << errors_;
   EXPECT_EQ(run({"stereo", left, right, "--board", "8x5"}), 2);
-  EXPECT_NE(err_.find("--square-m"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("--square-m"), std::string::npos) << errors_;
   EXPECT_EQ(run({"stereo", left, at("middle"), "--board", "8x5", "--square-m", "0.03"}), 2);
-  EXPECT_NE(err_.find("no PNG or JPEG picture begins so"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("no PNG or JPEG picture begins so"), std::string::npos) << errors_;
   EXPECT_EQ(run({"table", at("absent.yaml"), file("left", 0), "--square-m", "0.03"}), 2);
-  EXPECT_NE(err_.find("no such file"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("no such file"), std::string::npos) << errors_;
 }
 
 TEST_F(Calibrate, APictureWithoutPartnerIsNamed) {
@@ -141,10 +136,10 @@ TEST_F(Calibrate, APictureWithoutPartnerIsNamed) {
   ASSERT_EQ(run({"stereo", (some / "left").string(), (some / "right").string(), "--board", "8x5",
                  "--square-m", "0.03"}),
             0)
-      << err_;
-  EXPECT_NE(out_.find("rejected 2: " + (some / "left2.png").string() + " has no partner"),
+      << errors_;
+  EXPECT_NE(output_.find("rejected 2: " + (some / "left2.png").string() + " has no partner"),
             std::string::npos)
-      << out_;
+      << output_;
 }
 
 TEST_F(Calibrate, TheRealPairs) {
@@ -153,8 +148,8 @@ TEST_F(Calibrate, TheRealPairs) {
   ASSERT_EQ(run({"stereo", (folder / "left").string(), (folder / "right").string(), "--square-m",
                  "0.025", "--json"}),
             0)
-      << err_;
-  const json report = json::parse(out_);
+      << errors_;
+  const json report = json::parse(output_);
   EXPECT_EQ(report["used"], 13);
   EXPECT_TRUE(report["rejected"].empty());
   EXPECT_LE(report["rms_px"].get<double>(), 0.22);

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using vision::Kind;
 
-class Teach : public ::testing::Test {
+class Teach : public testing::VerbTest {
  protected:
   void SetUp() override {
     image::Image image(320, 240);  // a blue and a green patch on grey
@@ -46,11 +46,7 @@ class Teach : public ::testing::Test {
   }
   int vision(std::vector<std::string> words) {
     words.insert(words.begin(), "vision");
-    testing::Process process("mimesis", words);
-    const int code = process.wait(std::chrono::seconds(60)).value_or(-1);
-    out_ = process.output();
-    err_ = process.errors();
-    return code;
+    return call(words);
   }
   /// The reader's complaint about the file with `from` replaced by `to`; "" if it takes it.
   std::string complaint(const std::string& from, const std::string& to) {
@@ -62,7 +58,7 @@ class Teach : public ::testing::Test {
   }
 
   testing::TemporaryFolder folder_;
-  std::string out_, err_, good_;
+  std::string good_;
 };
 
 TEST_F(Teach, WritesColoursThatAreReadAgain) {
@@ -70,8 +66,8 @@ TEST_F(Teach, WritesColoursThatAreReadAgain) {
   ASSERT_EQ(run({"--region", "bar=45,55,50,50", "--region", "object=230,80", "-o", file,
                  "--picture", picture, "--json"}),
             0)
-      << err_;
-  const auto report = nlohmann::json::parse(out_);
+      << errors_;
+  const auto report = nlohmann::json::parse(output_);
   ASSERT_EQ(report["classes"].size(), 2u);
   EXPECT_EQ(report["classes"][0]["name"], "object");
   EXPECT_NEAR(report["classes"][0]["share"].get<double>(), 3600.0 / (320 * 240), 0.003);
@@ -106,33 +102,33 @@ TEST_F(Teach, WritesColoursThatAreReadAgain) {
 
 TEST_F(Teach, MistakesAreToldInOneLine) {
   EXPECT_EQ(run({"--region", "baar=45,55,50,50"}), 2);
-  EXPECT_NE(err_.find("--region baar=45,55,50,50: no class 'baar', did you mean 'bar'?"),
+  EXPECT_NE(errors_.find("--region baar=45,55,50,50: no class 'baar', did you mean 'bar'?"),
             std::string::npos)
-      << err_;
+      << errors_;
   for (const char* wrong : {"bar", "bar=", "bar=1,2,3", "bar=1,2,3,4,5", "bar=a,2", "=1,2"}) {
     EXPECT_EQ(run({"--region", wrong}), 2) << wrong;
-    EXPECT_NE(err_.find(std::string("--region ") + wrong + ": "), std::string::npos) << err_;
+    EXPECT_NE(errors_.find(std::string("--region ") + wrong + ": "), std::string::npos) << errors_;
   }
   EXPECT_EQ(run({"--region", "bar=300,55,50,50"}), 2);
-  EXPECT_NE(err_.find("are not within the picture of 320x240"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("are not within the picture of 320x240"), std::string::npos) << errors_;
   EXPECT_EQ(run({"--region", "hand=10,10,30,20"}), 0);  // the table is no hand, but who knows
-  EXPECT_NE(err_.find("hand has the chroma of the table"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("hand has the chroma of the table"), std::string::npos) << errors_;
 }
 
 TEST_F(Teach, CheckSaysWhatToChangeOnTheDesk) {
   const std::string file = folder_ / "colors.yaml", desk = folder_ / "desk.png";
   ASSERT_EQ(run({"--region", "bar=45,55,50,50", "--region", "object=230,80", "-o", file}), 0);
-  EXPECT_EQ(vision({"check", desk, desk, desk, "--colors", file}), 0) << out_ << err_;
-  EXPECT_NE(out_.find("median luma"), std::string::npos) << out_;
+  EXPECT_EQ(vision({"check", desk, desk, desk, "--colors", file}), 0) << output_ << errors_;
+  EXPECT_NE(output_.find("median luma"), std::string::npos) << output_;
   image::Image dark(320, 240);
   ASSERT_TRUE(image::write_png(folder_ / "dark.png", dark));
   EXPECT_EQ(vision({"check", (folder_ / "dark.png").string(), "--colors", file, "--json"}), 1);
-  const auto report = nlohmann::json::parse(out_);
+  const auto report = nlohmann::json::parse(output_);
   EXPECT_EQ(report["median_luma"], 0.0);
   EXPECT_TRUE(report["blur_px"].is_null());
-  EXPECT_GE(report["advice"].size(), 4u) << out_;  // focus, exposure, two classes
+  EXPECT_GE(report["advice"].size(), 4u) << output_;  // focus, exposure, two classes
   EXPECT_EQ(vision({"check", (folder_ / "absent.png").string()}), 2);
-  EXPECT_NE(err_.find("absent.png"), std::string::npos);
+  EXPECT_NE(errors_.find("absent.png"), std::string::npos);
 }
 
 }  // namespace

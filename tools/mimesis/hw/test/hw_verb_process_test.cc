@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using Json = nlohmann::json;
 
-class Hw : public ::testing::Test {
+class Hw : public testing::VerbTest {
  protected:
   Hw() {
     std::string text = "robot: lwr4.yaml\nbuses: [{can: \"embedded:arm\"}]\njoints:\n";
@@ -38,29 +38,25 @@ class Hw : public ::testing::Test {
     words.insert(words.begin(), "hw");
     if (words[1] != "check") words.insert(words.end(), {"--graph", graph_.name()});
     if (json) words.emplace_back("--json");
-    testing::Process process("mimesis", words);
-    const int code = process.wait(60s).value_or(-1);
-    out_ = process.output();
-    err_ = process.errors();
-    return code;
+    return call(words);
   }
-  Json json() { return Json::parse(out_, nullptr, false); }
+  Json json() { return Json::parse(output_, nullptr, false); }
 
   testing::TestGraph graph_;
   std::optional<testing::Process> drives_;
-  std::string file_, out_, err_;
+  std::string file_;
 };
 
 TEST_F(Hw, ScanFindsTheDrives) {
-  ASSERT_EQ(run({"scan", "embedded:arm"}, true), 0) << err_;
+  ASSERT_EQ(run({"scan", "embedded:arm"}, true), 0) << errors_;
   const Json found = json();
-  ASSERT_EQ(found.size(), 7u) << out_;
+  ASSERT_EQ(found.size(), 7u) << output_;
   EXPECT_EQ(found[6]["node"], 7);
   EXPECT_EQ(found[6]["device_type"], 0x00020192);
   EXPECT_EQ(found[6]["name"], "mimesis simulated drive");
   EXPECT_EQ(found[6]["state"], "switch on disabled");
   EXPECT_EQ(run({"scan", "embedded:nobody", "--timeout", "0.1"}), 3);
-  EXPECT_EQ(err_, "nobody answers on embedded:nobody within 0.1 s\n");
+  EXPECT_EQ(errors_, "nobody answers on embedded:nobody within 0.1 s\n");
   EXPECT_EQ(run({"scan", "can0"}), 2);
 }
 
@@ -72,48 +68,48 @@ TEST_F(Hw, SdoLeavesToABridgeWhatProtectsADrive) {
   bridge.open();
   for (const char* object : {"1016:01", "6065", "6007", "1400:05"}) {
     EXPECT_EQ(run({"sdo", "embedded:arm", "3", object, "1", "--type", "u32"}), 2) << object;
-    EXPECT_NE(err_.find("node bridge counts on it: --force"), std::string::npos) << err_;
-    EXPECT_EQ(run({"sdo", "embedded:arm", "3", object}), 0) << err_;
+    EXPECT_NE(errors_.find("node bridge counts on it: --force"), std::string::npos) << errors_;
+    EXPECT_EQ(run({"sdo", "embedded:arm", "3", object}), 0) << errors_;
   }
   EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6065", "1234", "--type", "u32", "--force"}), 0);
-  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "2000", "name", "--type", "text"}), 0) << err_;
-  EXPECT_NE(err_.find("may be moving this drive"), std::string::npos) << err_;
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "2000", "name", "--type", "text"}), 0) << errors_;
+  EXPECT_NE(errors_.find("may be moving this drive"), std::string::npos) << errors_;
 }
 
 TEST_F(Hw, SdoReadsWritesAndSaysWhyNot) {
-  ASSERT_EQ(run({"sdo", "embedded:arm", "3", "6065"}), 0) << err_;
-  EXPECT_EQ(out_, "8000 (0x00001F40)\n");
-  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6065", "1234", "--type", "u32"}), 0) << err_;
-  ASSERT_EQ(run({"sdo", "embedded:arm", "3", "6065:00"}, true), 0) << err_;
+  ASSERT_EQ(run({"sdo", "embedded:arm", "3", "6065"}), 0) << errors_;
+  EXPECT_EQ(output_, "8000 (0x00001F40)\n");
+  EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6065", "1234", "--type", "u32"}), 0) << errors_;
+  ASSERT_EQ(run({"sdo", "embedded:arm", "3", "6065:00"}, true), 0) << errors_;
   EXPECT_EQ(json()["value"], 1234);
   EXPECT_EQ(run({"sdo", "embedded:arm", "3", "2000", "an axis with a name", "--type", "text"}), 0)
-      << err_;
+      << errors_;
   EXPECT_EQ(run({"sdo", "embedded:arm", "3", "2000"}), 0);
-  EXPECT_EQ(out_, "an axis with a name\n");
+  EXPECT_EQ(output_, "an axis with a name\n");
   EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6041", "1", "--type", "u16"}), 1);
-  EXPECT_EQ(err_, "node 3: 6041:00: object is read-only (0x06010002)\n");
+  EXPECT_EQ(errors_, "node 3: 6041:00: object is read-only (0x06010002)\n");
   EXPECT_EQ(run({"sdo", "embedded:arm", "99", "1000", "--timeout", "0.1"}), 3);
-  EXPECT_EQ(err_, "node 99 did not answer within 0.1 s\n");
+  EXPECT_EQ(errors_, "node 99 did not answer within 0.1 s\n");
   EXPECT_EQ(run({"sdo", "embedded:arm", "3", "6065", "-1", "--type", "u32"}), 2);
   EXPECT_EQ(run({"sdo", "embedded:arm", "3", "xyz"}), 2);
-  EXPECT_NE(err_.find("expected hexadecimal 6041 or 607D:02"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("expected hexadecimal 6041 or 607D:02"), std::string::npos) << errors_;
 }
 
 TEST_F(Hw, JogMovesOneJointAndSwitchesItOff) {
-  ASSERT_EQ(run({"jog", file_, "A2", "--by", "0.05", "--speed", "0.2"}, true), 0) << err_;
+  ASSERT_EQ(run({"jog", file_, "A2", "--by", "0.05", "--speed", "0.2"}, true), 0) << errors_;
   EXPECT_NEAR(json()["to_rad"].get<double>() - json()["from_rad"].get<double>(), 0.05, 1e-3);
   ASSERT_EQ(run({"scan", "embedded:arm"}, true), 0);
   EXPECT_EQ(json()[1]["state"], "switch on disabled");
   EXPECT_EQ(run({"jog", file_, "A2", "--by", "9", "--speed", "0.2"}), 2);
-  EXPECT_NE(err_.find("its limits are -2.0944 and 2.0944"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("its limits are -2.0944 and 2.0944"), std::string::npos) << errors_;
   EXPECT_EQ(run({"jog", file_, "A9", "--by", "0.1", "--speed", "0.2"}), 2);
-  EXPECT_NE(err_.find("JOINT 'A9': lwr4.yaml has A1, A2,"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("JOINT 'A9': lwr4.yaml has A1, A2,"), std::string::npos) << errors_;
 }
 
 TEST_F(Hw, TriesTheModesOfADrive) {
   const auto moved = [&](std::vector<std::string> words) {
     words.insert(words.begin(), {"try", file_, "A4"});
-    EXPECT_EQ(run(words, true), 0) << err_;
+    EXPECT_EQ(run(words, true), 0) << errors_;
     return json()["to_rad"].get<double>() - json()["from_rad"].get<double>();
   };
   EXPECT_NEAR(moved({"position", "1.3", "--speed", "1"}), 1.3 - 1.6, 2e-3);
@@ -124,7 +120,7 @@ TEST_F(Hw, TriesTheModesOfADrive) {
   ASSERT_EQ(run({"scan", "embedded:arm"}, true), 0);
   EXPECT_EQ(json()[3]["state"], "switch on disabled");
   EXPECT_EQ(run({"try", file_, "A4", "home", "--method", "17", "--speed", "0.1"}), 1);
-  EXPECT_NE(err_.find("SDO 6098:00 (homing method): "), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("SDO 6098:00 (homing method): "), std::string::npos) << errors_;
   EXPECT_EQ(run({"try", file_, "A4", "position", "9", "--speed", "1"}), 2);
   EXPECT_EQ(run({"try", file_, "A4", "velocity", "0.2"}), 2);
   EXPECT_EQ(run({"try", file_, "A4", "velocity", "99", "--for", "1"}), 2);
@@ -155,13 +151,13 @@ TEST_F(Hw, FaultsAreMadeAndMonitored) {
   EXPECT_EQ(axis(4)["name"], "A4");
   ASSERT_TRUE(until([&] { return axis(4)["temperature_c"] == 25.0; })) << monitor.output();
   // A simulated drive makes trouble by itself: 2F00h:01, over-temperature.
-  ASSERT_EQ(run({"sdo", "embedded:arm", "4", "2F00:01", "4", "--type", "u8"}), 0) << err_;
+  ASSERT_EQ(run({"sdo", "embedded:arm", "4", "2F00:01", "4", "--type", "u8"}), 0) << errors_;
   ASSERT_TRUE(until([&] { return axis(4)["emergency"] == "drive too hot (0x4310)"; }))
       << monitor.output();
   EXPECT_TRUE(until([&] { return axis(4)["temperature_c"] == 105.0; })) << monitor.output();
   EXPECT_EQ(run({"sdo", "embedded:arm", "4", "6041"}), 0);
-  EXPECT_EQ(out_.substr(0, 4), "536 ") << "0x0218: fault";
-  ASSERT_EQ(run({"sdo", "embedded:arm", "4", "2F00:01", "5", "--type", "u8"}), 0) << err_;
+  EXPECT_EQ(output_.substr(0, 4), "536 ") << "0x0218: fault";
+  ASSERT_EQ(run({"sdo", "embedded:arm", "4", "2F00:01", "5", "--type", "u8"}), 0) << errors_;
   EXPECT_EQ(run({"sdo", "embedded:arm", "4", "1000", "--timeout", "0.2"}), 3);
   monitor.signal(SIGINT);
   EXPECT_EQ(monitor.wait(60s), 0);
@@ -182,16 +178,16 @@ TEST_F(Hw, MonitorPrintsFrames) {
 }
 
 TEST_F(Hw, CheckSaysWhatFits) {
-  ASSERT_EQ(run({"check", file_}, true), 0) << err_;
+  ASSERT_EQ(run({"check", file_}, true), 0) << errors_;
   const Json checked = json();
   EXPECT_TRUE(checked["fits"].get<bool>());
   EXPECT_EQ(checked["fewest_buses"], 1);
   EXPECT_NEAR(checked["buses"][0]["load_worst"].get<double>(), 0.49947, 1e-4);
   EXPECT_EQ(run({"check", file_}), 0);
-  EXPECT_NE(out_.find("7 axes at 200 Hz: fits"), std::string::npos) << out_;
+  EXPECT_NE(output_.find("7 axes at 200 Hz: fits"), std::string::npos) << output_;
   std::ofstream(file_, std::ios::app) << "more: 1\n";
   EXPECT_EQ(run({"check", file_}), 2);
-  EXPECT_NE(err_.find("more"), std::string::npos) << err_;
+  EXPECT_NE(errors_.find("more"), std::string::npos) << errors_;
 }
 
 TEST(Candump, LinesOfEachKindOfFrame) {

@@ -137,7 +137,7 @@ void copy_log(const std::string& from, const std::string& to,
   ASSERT_TRUE(writer.finish());
 }
 
-class Replay : public ::testing::Test {
+class Replay : public testing::VerbTest {
  protected:
   static void SetUpTestSuite() {
     log_ = path("run.mcap");
@@ -149,11 +149,7 @@ class Replay : public ::testing::Test {
 
   int replay(std::vector<std::string> words) {
     words.insert(words.begin(), {"log", "replay", "--exec", kCounter});
-    Process p("mimesis", words);
-    const int code = p.wait(60s).value_or(-1);
-    output_ = p.output();
-    errors_ = p.errors();
-    return code;
+    return call(words);
   }
   /// Last line of the output.
   json result() const {
@@ -168,7 +164,6 @@ class Replay : public ::testing::Test {
 
   static inline testing::TemporaryFolder folder_;
   static inline std::string log_;
-  std::string output_, errors_;
 };
 
 TEST_F(Replay, EveryNodeIsEqualEveryTime) {
