@@ -139,18 +139,24 @@ struct LegLane {
   Vec3 hip_angle, knee_angle, ankle_angle;  ///< axis-angle relative to the parent [rad]
 };
 
-/// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation, the knee its side of
-/// the line from hip to ankle. A leg that would have to stretch over 99.95 % of its length (or over
-/// its present length) stays that short.
+/// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation, the plane of the knee
+/// turns with the line from hip to ankle. The knee bends to where it bent before, and a leg that
+/// was straight to the front of the thigh. A length within kStretch of a straight leg's, L, changes
+/// by less than wanted, so that the knee, whose angle goes with the root of what is missing, gets
+/// no faster than 1/√(kStretch L/2) rad/m, and the leg never straight.
 [[gnu::always_inline]] inline void move_ankle(float dx, float dy, LegLane& leg) {
+  constexpr float kStretch = 0.010F;  // m
   const float moved = std::sqrt(dx * dx + dy * dy);
   const Vec3 k = leg.knee - leg.hip, a = leg.ankle - leg.knee, old = leg.ankle - leg.hip;
   const float l1 = std::sqrt(dot(k, k)), l2 = std::sqrt(dot(a, a));
-  const float had = std::sqrt(dot(old, old)), stretch = 0.9995F * (l1 + l2);
-  const float most = had > stretch ? had : stretch;
+  const float had = std::sqrt(dot(old, old)), free = l1 + l2 - kStretch;
   const Vec3 to = old + Vec3{dx, dy, 0.0F};
-  const float wanted = std::sqrt(dot(to, to)), reach = wanted < most ? wanted : most;
-  const Vec3 n = (1.0F / wanted) * to;
+  const float wanted = std::sqrt(dot(to, to));
+  // y = x/(1 + x) of what lies beyond `free`, both in kStretch
+  const float y = (had - free) * (1.0F / kStretch), near = y < 0.9999F ? y : 0.9999F;
+  const float x = (near > 0.0F ? near / (1.0F - near) : near) + (wanted - had) * (1.0F / kStretch);
+  const float reach = free + kStretch * (x > 0.0F ? x / (1.0F + x) : x);
+  const Vec3 n0 = (1.0F / had) * old, n = (1.0F / wanted) * to;
   // law of cosines at the hip
   float c = (l1 * l1 + reach * reach - l2 * l2) / (2.0F * l1 * reach);
   c = c > 1.0F ? 1.0F : c;
@@ -158,7 +164,10 @@ struct LegLane {
   const float s = std::sqrt(1.0F - c * c);
   // side of the knee; of a straight leg, to the front (fading in with the displacement)
   const float part = moved * 100.0F, front = 0.005F * (part < 1.0F ? part : 1.0F);
-  const Vec3 side = k + front * leg.R_T.x;
+  const Vec3 bent = k - dot(k, n0) * n0 + front * leg.R_T.x;
+  const Vec3 axis = cross(n0, n);  // the smallest turn from n0 to n
+  const Vec3 across = cross(axis, bent);
+  const Vec3 side = bent + (across + (1.0F / (1.0F + dot(n0, n))) * cross(axis, across));
   const Vec3 e = side - dot(side, n) * n;
   const float size = std::sqrt(dot(e, e));
   const Vec3 knee = leg.hip + l1 * (c * n + (s / (size > 1e-9F ? size : 1e-9F)) * e);

@@ -96,13 +96,26 @@ TEST(Characters, OfTheRepositoryArriveAnywhere) {
       motion::load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
   constexpr int kGoals = 34;
   const std::vector<CharacterStart> starts(kGoals);
+  const auto row = [&](const char* name) {
+    return std::ranges::find(model.rows, name) - model.rows.begin();
+  };
+  const auto left_knee = static_cast<std::size_t>(row("lknee.y")),
+             right_knee = static_cast<std::size_t>(row("rknee.y"));
   for (const char* style : {"walk", "slow", "stride", "brisk"}) {
     Characters characters(model, starts, {.style = style});
     for (int i = 0; i < kGoals; ++i) {
       const double far = 0.2 + 0.18 * i, angle = 2.4 * i;
       characters.walk(i).walk_to({far * std::cos(angle), far * std::sin(angle)});
     }
-    for (int k = 0; k < 20 * 60; ++k) characters.step();
+    float flexion = 1.0F;  // the least of all [rad]
+    for (int k = 0; k < 20 * 60; ++k) {
+      characters.step();
+      for (int i = 0; i < kGoals; ++i) {
+        const auto q = characters.angles(i);
+        flexion = std::min({flexion, q[left_knee], q[right_knee]});
+      }
+    }
+    EXPECT_GT(flexion, -0.035F) << style;  // 2 degrees; recorded knees stretch as far
     int near = 0;
     for (int i = 0; i < kGoals; ++i) {
       EXPECT_TRUE(characters.walk(i).reached()) << style << " " << i;
