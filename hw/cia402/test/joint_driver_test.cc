@@ -525,6 +525,13 @@ TEST_F(Bench, StopsItsDrivesIfAnotherMasterComes) {
   EXPECT_EQ(reading().reason, "another master runs this bus: its SYNC was heard");
   idle(500ms);
   EXPECT_FALSE(any_enabled());
+  rack->drives()[1].inject(sim::Trouble::mute);  // it is searched: the others still hear of it
+  idle(500ms);
+  tap->send(std::array{sync()});
+  idle(kCycle);
+  const auto sent = driver->counters().sent;
+  idle(100ms);
+  EXPECT_GT(driver->counters().sent, sent);
 }
 
 TEST_F(Bench, ReadOnlyNeverSends) {
