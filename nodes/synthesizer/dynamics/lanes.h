@@ -139,11 +139,12 @@ struct LegLane {
   Vec3 hip_angle, knee_angle, ankle_angle;  ///< axis-angle relative to the parent [rad]
 };
 
-/// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation, the plane of the knee
-/// turns with the line from hip to ankle. The knee bends to where it bent before, and a leg that
-/// was straight to the front of the thigh. A length within kStretch of a straight leg's, L, changes
-/// by less than wanted, so that the knee, whose angle goes with the root of what is missing, gets
-/// no faster than 1/√(kStretch L/2) rad/m, and the leg never straight.
+/// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation. The knee bends to
+/// where it bent before, off the line from hip to ankle as it was: off the new one a nearly
+/// straight leg would change sides. A leg that was straight bends to the front of the thigh. A
+/// length within kStretch of a straight leg's, L, changes by less than wanted, so that the knee,
+/// whose angle goes with the root of what is missing, gets no faster than 1/√(kStretch L/2) rad/m,
+/// and the leg never straight.
 [[gnu::always_inline]] inline void move_ankle(float dx, float dy, LegLane& leg) {
   constexpr float kStretch = 0.010F;  // m
   const float moved = std::sqrt(dx * dx + dy * dy);
@@ -165,10 +166,7 @@ struct LegLane {
   // side of the knee; of a straight leg, to the front (fading in with the displacement)
   const float part = moved * 100.0F, front = 0.005F * (part < 1.0F ? part : 1.0F);
   const Vec3 bent = k - dot(k, n0) * n0 + front * leg.R_T.x;
-  const Vec3 axis = cross(n0, n);  // the smallest turn from n0 to n
-  const Vec3 across = cross(axis, bent);
-  const Vec3 side = bent + (across + (1.0F / (1.0F + dot(n0, n))) * cross(axis, across));
-  const Vec3 e = side - dot(side, n) * n;
+  const Vec3 e = bent - dot(bent, n) * n;
   const float size = std::sqrt(dot(e, e));
   const Vec3 knee = leg.hip + l1 * (c * n + (s / (size > 1e-9F ? size : 1e-9F)) * e);
   const Vec3 ankle = leg.hip + reach * n;
