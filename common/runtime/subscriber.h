@@ -269,11 +269,17 @@ class Subscriber {
       kept_[{header.start_id, it->first}].push_back(std::move(message));
       return;  // deliver() hands it to all inputs of the topic
     }
+    Input* last = nullptr;  // it takes what the others copy
     for (const auto& input : it->second) {
       if (!usable(*input)) continue;
-      message.payload = payload.view();
-      input->push(message);
+      if (last == nullptr) {
+        message.payload = payload.view();
+      } else {
+        last->push(message);
+      }
+      last = input.get();
     }
+    if (last != nullptr) last->push(std::move(message));
   }
   bool uses_reliable_socket(const Input& input) const {
     return lockstep_ || input.policy() == Policy::reliable;
