@@ -12,6 +12,8 @@ using Way = std::vector<Eigen::VectorXd>;
 constexpr double kStraight_m = 0.01;  // step of straight hand motions
 constexpr int kMostLegs = 40;         // searched, with those that other postures repeat
 constexpr double kTurn = 2.0 * M_PI;
+constexpr const char* kUnstoppable = "a motion cannot be stopped without touching something";
+constexpr int kOtherWays = 2;  // are searched if that happens
 
 /// `q`, and the same place by other turns of endless joints: the nearest to `from` on either side.
 Way turned(const kin::ArmModel& arm, const Eigen::VectorXd& q, const Eigen::VectorXd& from) {
@@ -77,8 +79,6 @@ class MovePlanner {
   }
 
  private:
-  static constexpr const char* kUnstoppable =
-      "a motion cannot be stopped without touching something";
   struct Candidates {
     std::string what;
     Way postures;
@@ -172,8 +172,13 @@ class MovePlanner {
 
 tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap& roadmap,
                                          const PlanRequest& request, const TaskSettings& settings) {
-  auto plan = MovePlanner(arm, roadmap, request, settings)
-                  .plan(std::get<Move>(request.what), request.start);
+  TaskSettings other = settings;
+  tl::expected<TaskPlan, Status> plan;
+  for (int i = 0; i <= kOtherWays; ++i, ++other.search.seed) {
+    plan =
+        MovePlanner(arm, roadmap, request, other).plan(std::get<Move>(request.what), request.start);
+    if (plan || plan.error().reason != kUnstoppable || settings.interrupt.told()) break;
+  }
   if (settings.interrupt.told()) return tl::unexpected(settings.interrupt.reason());
   return plan;
 }

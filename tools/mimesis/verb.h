@@ -33,6 +33,7 @@ inline constexpr std::array kKnownVerbs{
     KnownVerb{"doctor", "Looks at this computer: what keeps a graph from running well"},
     KnownVerb{"completion", "Prints the completion of bash, zsh or fish"},
     KnownVerb{"plan", "Plans a motion or a task of an arm, and proves written plans again"},
+    KnownVerb{"robot", "Makes the files of a robot of your own"},
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
     KnownVerb{"cognition", "Says why the neural fields decided as they did"},
     KnownVerb{"calibrate", "Calibrates cameras from pictures of a chessboard"},
@@ -65,6 +66,7 @@ void add_log(CLI::App& program, int& exit_code);
 void add_crowd(CLI::App& program, int& exit_code);
 void add_cognition(CLI::App& program, int& exit_code);
 void add_plan(CLI::App& program, int& exit_code);
+void add_robot(CLI::App& program, int& exit_code);
 void add_calibrate(CLI::App& program, int& exit_code);
 void add_vision(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/model/files.h"
+#include "nodes/planner/verb/cover_text.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
@@ -82,34 +83,12 @@ void print_table(const model::CoveredArm& covered) {
     fmt::print("of no known shape, checked against nothing: {}\n", link);
 }
 
-/// Balls and checks as an arm's file gives them.
-void print_yaml(const model::CoveredArm& covered) {
-  const kin::ArmModel& arm = covered.arm;
-  const auto name = [&](int group) { return arm.groups[static_cast<std::size_t>(group)]; };
-  std::vector<std::string> obstacles;
-  for (const int group : arm.env_groups) obstacles.push_back(name(group));
-  fmt::print("groups: [{}]\nobstacle_groups: [{}]\n", fmt::join(arm.groups, ", "),
-             fmt::join(obstacles, ", "));
-  fmt::print("self_pairs:{}\n", arm.self_pairs.empty() ? " []" : "");
-  for (const auto& [a, b] : arm.self_pairs) fmt::print("  - {{a: {}, b: {}}}\n", name(a), name(b));
-  fmt::print("balls:\n");
-  for (const model::LinkBalls& link : covered.links) {
-    const bool frame = link.link.starts_with("frame ");
-    for (const robot::CoverBall& b : link.balls) {
-      fmt::print("  - {{{}, group: {}, center_m: [{:.6f}, {:.6f}, {:.6f}], radius_m: {:.6f}}}\n",
-                 frame ? "frame: " + link.link.substr(6) : "link: " + link.link, name(link.group),
-                 b.center.x(), b.center.y(), b.center.z(),
-                 b.radius + 1e-6);  // what the digits leave out
-    }
-  }
-}
-
 int show(const ArmOptions& o) {
   const model::CoveredArm covered = model::load_covered_arm(o.robot);
   if (o.json) {
     fmt::print("{}\n", json_of(covered).dump());
   } else if (o.yaml) {
-    print_yaml(covered);
+    fmt::print("{}", cover_text(covered));
   } else {
     print_table(covered);
   }

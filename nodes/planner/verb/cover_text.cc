@@ -1,0 +1,48 @@
+#include "nodes/planner/verb/cover_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace mimesis::tool {
+
+std::string yaml_word(const std::string& text) {
+  const bool plain = !text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) &&
+                     std::ranges::all_of(text, [](unsigned char c) {
+                       return std::isalnum(c) || c == '_' || c == '-' || c == '/' || c == '.';
+                     });
+  const bool word = text == "true" || text == "false" || text == "null" || text == "yes" ||
+                    text == "no" || text == "on" || text == "off";
+  return plain && !word ? text : nlohmann::json(text).dump();
+}
+
+std::string cover_text(const model::CoveredArm& covered) {
+  const kin::ArmModel& arm = covered.arm;
+  std::vector<std::string> groups, obstacles;
+  for (const std::string& group : arm.groups) groups.push_back(yaml_word(group));
+  const auto name = [&](int group) { return groups[static_cast<std::size_t>(group)]; };
+  for (const int group : arm.env_groups) obstacles.push_back(name(group));
+  std::string text =
+      fmt::format("groups: [{}]\nobstacle_groups: [{}]\nself_pairs:{}\n", fmt::join(groups, ", "),
+                  fmt::join(obstacles, ", "), arm.self_pairs.empty() ? " []" : "");
+  for (const auto& [a, b] : arm.self_pairs)
+    text += fmt::format("  - {{a: {}, b: {}}}\n", name(a), name(b));
+  text += "balls:\n";
+  for (const model::LinkBalls& link : covered.links) {
+    const bool frame = link.link.starts_with("frame ");
+    const std::string place =
+        frame ? "frame: " + link.link.substr(6) : "link: " + yaml_word(link.link);
+    for (const robot::CoverBall& b : link.balls) {
+      text += fmt::format(
+          "  - {{{}, group: {}, center_m: [{:.6f}, {:.6f}, {:.6f}], radius_m: {:.6f}}}\n", place,
+          name(link.group), b.center.x(), b.center.y(), b.center.z(),
+          b.radius + 1e-6);  // what the digits leave out
+    }
+  }
+  return text;
+}
+
+}  // namespace mimesis::tool

@@ -1,0 +1,221 @@
+// `mimesis robot new`: from an arm's URDF to its file, its machine file and a launch file.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "common/error.h"
+#include "common/model/files.h"
+#include "common/robot/arm_chain.h"
+#include "nodes/planner/verb/cover_text.h"
+#include "tools/mimesis/verb.h"
+
+namespace mimesis::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NewOptions {
+  std::string urdf, name, folder = ".", base, tip;
+  std::vector<double> home_rad;
+  double speeds_up_s = 0.5;
+  bool force = false;
+};
+
+/// The robot, and what its URDF leaves open.
+struct NewArm {
+  robot::RobotTree tree;
+  robot::ArmChain chain;
+  bool use_visual = false;
+  std::vector<std::string> shapeless;  ///< links that move and have mass, but no geometry
+  std::vector<double> home, acceleration;
+  bool slides = false;
+};
+
+NewArm look_at(const NewOptions& o) {
+  NewArm arm{robot::read_urdf(o.urdf), {}, false, {}, o.home_rad, {}, false};
+  arm.chain = robot::find_arm_chain(arm.tree, o.base, o.tip);
+  const auto parts = robot::link_parts(o.urdf);
+  for (const robot::Link& link : arm.tree.links()) {
+    const int moved = arm.chain.joints.empty() ? -1 : arm.chain.joints.front();
+    if (moved < 0 || !arm.tree.carries(moved, arm.tree.require_link(link.name))) continue;
+    const robot::LinkParts& has = parts.at(link.name);
+    if (has.collision) continue;
+    arm.use_visual |= has.visual;
+    if (!has.visual && link.inertia.mass_kg > 0.0) arm.shapeless.push_back(link.name);
+  }
+  for (const int l : arm.chain.joints) {
+    const robot::Link& link = arm.tree.link(l);
+    arm.slides |= link.type == robot::JointType::prismatic;
+    arm.acceleration.push_back(link.max_speed / o.speeds_up_s);
+    if (o.home_rad.empty()) arm.home.push_back(std::min(std::max(0.0, link.lower), link.upper));
+  }
+  return arm;
+}
+
+std::string arm_text(const NewOptions& o, const NewArm& arm) {
+  const fs::path urdf = fs::absolute(o.urdf).lexically_normal();
+  const bool beside = urdf.parent_path() == fs::absolute(o.folder).lexically_normal();
+  std::string text = fmt::format(
+      "# {} from {}, by `mimesis robot new`. Look at each value that a URDF does not have:\n"
+      "# home_rad, a_max_rad_s2 (a quick stop of the drives has to reach it), fixed, tool_m.\n"
+      "name: {}\n"
+      "base_m: [0, 0, 0]           # of link {} in the world\n"
+      "tool_m: [0, 0, 0]           # where things are held, in link {}\n"
+      "chain:\n"
+      "  urdf: {}\n  base: {}\n  tip: {}\n"
+      "  home_rad: [{:.6g}]\n  a_max_rad_s2: [{:.6g}]\n",
+      arm.tree.name(), urdf.filename().string(), yaml_word(o.name), arm.chain.base, arm.chain.tip,
+      yaml_word(beside ? urdf.filename().string() : urdf.string()), yaml_word(arm.chain.base),
+      yaml_word(arm.chain.tip), fmt::join(arm.home, ", "), fmt::join(arm.acceleration, ", "));
+  if (!arm.chain.fixed.empty()) text += "  fixed:                    # where these joints stay\n";
+  for (const auto& [joint, at] : arm.chain.fixed)
+    text += fmt::format("    - {{joint: {}, at: {:.6g}}}\n", yaml_word(joint), at);
+  if (arm.use_visual)
+    text +=
+        "  use_visual: true          # links without collision geometry are as they are drawn\n";
+  if (!arm.shapeless.empty()) {
+    std::vector<std::string> names;
+    for (const std::string& link : arm.shapeless) names.push_back(yaml_word(link));
+    text += fmt::format("  without_geometry: [{}]   # checked against nothing: no plan is proven\n",
+                        fmt::join(names, ", "));
+  }
+  return text;
+}
+
+std::string machine_text(const NewOptions& o, const NewArm& arm) {
+  std::string text = fmt::format(
+      "# Drives of {}: put in those of your robot (docs/hardware); `mimesis hw check` looks at "
+      "it.\n"
+      "robot: {}.yaml\nbuses: [{{can: \"embedded:{}\"}}]\njoints:\n",
+      o.name, o.name, o.name);
+  int node_id = 0;
+  for (const int l : arm.chain.joints)
+    text += fmt::format(
+        "  - {{name: {}, bus: 0, node_id: {}, increments_per_turn: 4096, gear_ratio: 100}}\n",
+        yaml_word(arm.tree.link(l).joint), ++node_id);
+  return text;
+}
+
+std::string launch_text(const NewOptions& o) {
+  return fmt::format(R"(# {0}: simulated drives, bridge, planner and the page.
+#   mimesis launch {0}.launch.yaml
+#   mimesis service call planner/do '{{"home": true}}'
+version: 1
+args:
+  sim: {{type: bool, default: true, help: "simulated drives, on the buses of the machine file"}}
+  view: {{type: bool, default: true, help: "the page at http://localhost:8765"}}
+outside: [table/scene]      # obstacles, from whoever sees them
+nodes:
+  drives:
+    exec: mimesis_sim_drives
+    if: ${{arg:sim}}
+    params: {{machine: {0}_machine.yaml}}
+    stop: {{order: last}}
+  bridge:
+    exec: mimesis_bridge
+    params: {{machine: {0}_machine.yaml, hand: "", enable: auto}}
+    in: {{command: planner/command, hand_command: }}
+    required: true
+    stop: {{order: last}}
+  planner:
+    exec: mimesis_planner
+    params: {{robot: {0}.yaml, upstream_s: 0}}
+    in: {{scene: table/scene, decision: , proposal: , joint_states: bridge/joint_states, hand: }}
+    required: true
+  page:
+    exec: mimesis
+    if: ${{arg:view}}
+    args: [view]
+)",
+                     o.name);
+}
+
+void write(const fs::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.flush();
+  if (!out) throw ConfigError(file.string() + ": cannot be written");
+}
+
+int make(NewOptions o) {
+  if (o.name.empty()) o.name = fs::path(o.urdf).stem().string();
+  const std::string stem = (fs::path(o.folder) / o.name).string();
+  const std::string file = stem + ".yaml", machine = stem + "_machine.yaml",
+                    launch = stem + ".launch.yaml";
+  for (const std::string& old : {file, machine, launch}) {
+    if (fs::exists(old) && !o.force)
+      throw ConfigError(old + ": is there already, expected a new --name, or --force");
+  }
+  const NewArm arm = look_at(o);
+  const std::string text = arm_text(o, arm);
+  const fs::path draft = stem + ".draft.yaml";
+  write(draft, text);
+  model::CoveredArm covered;
+  const auto began = std::chrono::steady_clock::now();
+  try {
+    covered = model::load_covered_arm(draft.string());
+  } catch (const ConfigError&) {
+    fs::remove(draft);
+    throw;
+  }
+  fs::remove(draft);
+  const std::chrono::duration<double> fitted = std::chrono::steady_clock::now() - began;
+  write(file, text + cover_text(covered));
+  fmt::print("{}: {} joints from {} to {}, {} balls on {} links, fitted in {:.1f} s\n", file,
+             arm.chain.joints.size(), arm.chain.base, arm.chain.tip, covered.arm.balls.size(),
+             covered.links.size(), fitted.count());
+  for (const auto& [joint, at] : arm.chain.fixed)
+    fmt::print("joint {} stays at {:.6g}\n", joint, at);
+  for (const auto& [a, b] : covered.touching_at_home)
+    fmt::print("not checked against each other, as their balls touch at home: {}, {}\n", a, b);
+  for (const std::string& link : covered.arm.unchecked)
+    fmt::print("of no known shape, checked against nothing: {}\n", link);
+  if (arm.slides) {
+    fmt::print("no machine and launch file: a joint slides, the bridge counts in radians\n");
+    return 0;
+  }
+  write(machine, machine_text(o, arm));
+  write(launch, launch_text(o));
+  fmt::print("{}: drives, simulated ones until you put in yours\n{}: mimesis launch {}\n", machine,
+             launch, launch);
+  return 0;
+}
+
+}  // namespace
+
+void add_robot(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("robot", "Makes the files of a robot of your own");
+  verb->require_subcommand(1);
+  auto o = std::make_shared<NewOptions>();
+  CLI::App* sub =
+      verb->add_subcommand("new", "From an arm's URDF: its file, a machine file, a launch file");
+  sub->add_option("URDF", o->urdf, "The robot, with its gripper")->required();
+  sub->add_option("--name", o->name, "Of the robot and its files [name of the URDF]");
+  sub->add_option("-o,--out", o->folder, "Folder of the files")->capture_default_str();
+  sub->add_option("--base", o->base, "Link at the arm's begin [the root]");
+  sub->add_option("--tip", o->tip, "Link at its end [of the longest chain, without fingers]");
+  sub->add_option("--home", o->home_rad, "Posture at home in rad, Q,Q,.. [0, or the nearest limit]")
+      ->delimiter(',');
+  sub->add_option("--speeds-up-s", o->speeds_up_s,
+                  "Time to full speed: a URDF has no accelerations")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
+  sub->add_flag("--force", o->force, "Replaces files that are there");
+  sub->footer(
+      "Balls that cover the links are fitted once, and kept in the arm's file.\n"
+      "Exit codes: 0 done, 2 usage, or a URDF that lacks something: it says what.\n"
+      "Examples:\n"
+      "  mimesis robot new panda.urdf --home 0,-0.7,0,-2,0,1.5,0.7\n"
+      "  mimesis launch panda.launch.yaml\n"
+      "  mimesis service call planner/do '{\"home\": true}'");
+  sub->callback([o, &exit_code] { exit_code = make(*o); });
+}
+
+}  // namespace mimesis::tool
