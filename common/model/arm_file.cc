@@ -2,6 +2,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <random>
+#include <set>
 
 #include "common/error.h"
 #include "common/kin/arm.h"
@@ -422,36 +424,43 @@ class Builder {
   }
 
   /// Checks of fitted links: all that move against obstacles, and all pairs that no single joint
-  /// joins, but those whose balls touch at home.
+  /// joins, but those whose balls touch in every posture.
   void add_default_checks(kin::ArmModel& arm) {
-    constexpr double kNear_m = 0.005;
     const std::vector<LinkBalls>& links = out_.links;
     const auto frame = [&arm](const LinkBalls& link) { return arm.balls[link.begin].frame; };
     for (const LinkBalls& link : links)
       if (entry_.obstacle_groups.empty() && frame(link) > 0) arm.env_groups.push_back(link.group);
     if (!entry_.self_pairs.empty()) return;
-    std::vector<Eigen::Isometry3d> X;
-    Eigen::Matrix3Xd centers;
-    kin::forward(arm, arm.home, X);
-    kin::ball_centers(arm, X, centers);
+    const Eigen::MatrixXd postures = sampled(arm);
+    std::vector<std::pair<int, int>> always = touching_groups(arm, arm.home);
+    for (Eigen::Index p = 0; p < postures.cols() && !always.empty(); ++p) {
+      const auto now = touching_groups(arm, postures.col(p));
+      std::erase_if(always, [&](const auto& pair) { return std::ranges::count(now, pair) == 0; });
+    }
     for (const LinkBalls& a : links) {
       for (const LinkBalls& b : links) {
         if (a.begin >= b.begin || std::abs(frame(a) - frame(b)) < 2) continue;
-        double gap = kNear_m;
-        for (std::size_t i = a.begin; i < a.end; ++i) {
-          for (std::size_t k = b.begin; k < b.end; ++k) {
-            const auto between = centers.col(static_cast<Eigen::Index>(i)) -
-                                 centers.col(static_cast<Eigen::Index>(k));
-            gap = std::min(gap, between.norm() - arm.balls[i].radius - arm.balls[k].radius);
-          }
-        }
-        if (gap < kNear_m) {
-          out_.touching_at_home.emplace_back(a.link, b.link);
+        const std::pair pair(a.group, b.group);
+        if (std::ranges::count(always, pair) > 0) {
+          out_.always_touching.emplace_back(a.link, b.link);
         } else {
-          arm.self_pairs.emplace_back(a.group, b.group);
+          arm.self_pairs.push_back(pair);
         }
       }
     }
+  }
+
+  /// Postures within the limits; equal ones for equal arms.
+  static Eigen::MatrixXd sampled(const kin::ArmModel& arm) {
+    constexpr Eigen::Index kPostures = 256;
+    Eigen::MatrixXd q(arm.dof(), kPostures);
+    std::mt19937 draw(1);
+    for (Eigen::Index p = 0; p < kPostures; ++p) {
+      for (Eigen::Index j = 0; j < q.rows(); ++j)
+        q(j, p) = arm.q_min[j] +
+                  (arm.q_max[j] - arm.q_min[j]) * static_cast<double>(draw()) / 4294967296.0;
+    }
+    return q;
   }
 
   /// What moves and is checked against nothing would be proven by silence. Arms without any balls
@@ -461,7 +470,7 @@ class Builder {
     if (arm.env_groups.empty())
       fail("obstacle_groups", "there is none: no part is checked against obstacles, expected some");
     const auto ends = std::ranges::minmax(arm.balls, {}, &kin::SafetyBall::frame);
-    if (arm.self_pairs.empty() && out_.touching_at_home.empty() &&
+    if (arm.self_pairs.empty() && out_.always_touching.empty() &&
         ends.max.frame - ends.min.frame > 1)
       fail("self_pairs", "there is none: no part is checked against another, expected some");
     if (!urdf_.empty()) require_shapes(arm);
@@ -526,6 +535,27 @@ CoveredArm build_arm(const std::string& file, const Use& use) {
 }
 
 }  // namespace
+
+std::vector<std::pair<int, int>> touching_groups(const kin::ArmModel& arm,
+                                                 const Eigen::VectorXd& q) {
+  constexpr double kNear_m = 0.005;
+  std::vector<Eigen::Isometry3d> X;
+  Eigen::Matrix3Xd centers;
+  kin::forward(arm, q, X);
+  kin::ball_centers(arm, X, centers);
+  std::set<std::pair<int, int>> touching;
+  for (std::size_t i = 0; i < arm.balls.size(); ++i) {
+    for (std::size_t k = i + 1; k < arm.balls.size(); ++k) {
+      const kin::SafetyBall &a = arm.balls[i], &b = arm.balls[k];
+      if (std::abs(a.frame - b.frame) < 2 || a.group == b.group) continue;
+      const auto between =
+          centers.col(static_cast<Eigen::Index>(i)) - centers.col(static_cast<Eigen::Index>(k));
+      if (between.norm() - a.radius - b.radius < kNear_m)
+        touching.insert(std::minmax(a.group, b.group));
+    }
+  }
+  return {touching.begin(), touching.end()};
+}
 
 kin::ArmModel load_arm(const std::string& file) {
   return build_arm(file, [](Builder&, CoveredArm&) {}).arm;

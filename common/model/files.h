@@ -76,9 +76,14 @@ struct LinkBalls {
 struct CoveredArm {
   kin::ArmModel arm;
   std::vector<LinkBalls> links;
-  /// Groups of fitted links that are not checked against each other, as their balls touch at home.
-  std::vector<std::pair<std::string, std::string>> touching_at_home;
+  /// Fitted links that are not checked against each other, as their balls touch in every posture.
+  std::vector<std::pair<std::string, std::string>> always_touching;
 };
+
+/// Groups of balls that are nearer than 5 mm at posture q, lesser index first; those of neighbours,
+/// whose frames one joint connects, are left out.
+std::vector<std::pair<int, int>> touching_groups(const kin::ArmModel& arm,
+                                                 const Eigen::VectorXd& q);
 
 /// Reads an arm as load_arm does, and compares its balls with the geometry of its URDF.
 CoveredArm load_covered_arm(const std::string& file);

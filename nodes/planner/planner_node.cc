@@ -148,6 +148,7 @@ SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& 
   s.period_s = 1.0 / p.rate_hz;
   s.ready_s = p.ready_s;
   s.hand_s = p.hand_s;
+  s.has_hand = p.has_hand;
   s.tracking_rad = p.tracking_rad;
   s.object_moved_m = p.object_moved_m;
   s.grip_force = p.grip_force;
@@ -247,9 +248,10 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       sequence_(sequence_settings(params, arm_)),
       job_(bus, arm_, settings_),
       decision_in_(bus, "decision", {.author = runtime::Author::first}),
-      scene_in_(bus, "scene", {.author = runtime::Author::first}),
+      scene_in_(bus, "scene",
+                {.author = runtime::Author::first, .optional = !params.table.empty()}),
       arm_in_(bus, "joint_states", {.author = runtime::Author::first}),
-      hand_in_(bus, "hand", {.author = runtime::Author::first}),
+      hand_in_(bus, "hand", {.author = runtime::Author::first, .optional = !params.has_hand}),
       command_(bus, "command"),
       hand_command_(bus, "hand_command"),
       status_(bus, "status", {.latched = true}),
@@ -259,6 +261,7 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       seen_(bus, "seen", {.latched = true}),
       robot_(bus, "robot", {.latched = true}),
       robot_frames_(bus, "robot_frames", {.latched = true}) {
+  if (!params.table.empty()) table_ = model::load_scene(params.table);
   for (const std::string& link : arm_.unchecked)
     runtime::warn("link '{}' has no known shape: nothing of it is checked", link);
 }
@@ -322,6 +325,7 @@ void PlannerNode::read_inputs(runtime::Time now) {
   }
   const auto* hand = hand_in_.fresh(now, stale);
   hand_reading_ = hand == nullptr ? std::nullopt : std::optional(to_reading(*hand));
+  if (!params_.has_hand) hand_reading_ = HandReading{.active = true};
 }
 
 /// Input that the motion depends on and that was silent for too long. Called in every step.
@@ -330,7 +334,8 @@ std::string PlannerNode::missing(runtime::Time now) {
   const runtime::Time oldest = runtime::from_seconds(params_.upstream_s);
   const auto* decision = decision_in_.fresh(now, oldest);
   const auto* scene = scene_in_.fresh(now, oldest);
-  if (scene == nullptr) return "the scene";
+  const bool stands = !params_.table.empty() && scene_in_.get() == nullptr;
+  if (scene == nullptr && !stands) return "the scene";
   if (sequence_.order_id() >= kOfTicket) return {};  // a client's: no teacher is needed
   if (decision == nullptr) return "the decision";
   return decision->sight_lost() ? "the sight of the teacher" : "";

@@ -37,13 +37,14 @@ struct PlannerParams {
   double rate_hz = 200.0;           ///< rate of set-points: the robot's [Hz]
   double offset_s = 0.0;            ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";  ///< model file of the arm
-  int roadmap_nodes = 2500;         ///< number of nodes sampled within the joint limits [1]
-  int neighbours = 4;               ///< links of a node, k [1]
-  int seed = 1;                     ///< seed of all sampling [1]
-  double margin_m = 0.002;          ///< least distance of safety balls [m]
-  double wide_margin_m = 0.01;      ///< the same where there is room: tried first [m]
-  double approach_m = 0.09;         ///< length of the straight motion to and from the object [m]
-  double lift_m = 0.05;             ///< height of the straight lift and lowering of the object [m]
+  std::string table;            ///< file of what stands there until a scene comes; empty: it waits
+  int roadmap_nodes = 2500;     ///< number of nodes sampled within the joint limits [1]
+  int neighbours = 4;           ///< links of a node, k [1]
+  int seed = 1;                 ///< seed of all sampling [1]
+  double margin_m = 0.002;      ///< least distance of safety balls [m]
+  double wide_margin_m = 0.01;  ///< the same where there is room: tried first [m]
+  double approach_m = 0.09;     ///< length of the straight motion to and from the object [m]
+  double lift_m = 0.05;         ///< height of the straight lift and lowering of the object [m]
   double precision_depth_m = 0.02;  ///< object's top above the grasp centre in a precision grip [m]
   double lean_rad = 0.15;  ///< most that the hand leans where it cannot point as it should [rad]
   double speed = 0.6;      ///< share of the arm's velocity and acceleration limits [1]
@@ -52,6 +53,7 @@ struct PlannerParams {
   double stale_s = 0.1;           ///< older states of arm or hand stop the task [s]
   double upstream_s = 0.06;       ///< older scenes or decisions make the arm wait; 0: never [s]
   double ready_s = 10.0;          ///< longest wait for scene, arm and hand [s]
+  bool has_hand = true;           ///< false: the arm moves, and takes nothing
   double hand_s = 5.0;            ///< longest time of the hand to open or close [s]
   double tracking_rad = 0.25;     ///< largest allowed following error [rad]
   double object_moved_m = 0.005;  ///< motion of the object that causes a new plan [m]
@@ -62,6 +64,7 @@ struct PlannerParams {
     v("rate_hz", rate_hz, 10.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
     v.file("robot", robot, "arm");
+    v.file("table", table, "table");
     v("roadmap_nodes", roadmap_nodes, 100, 20000);
     v("neighbours", neighbours, 2, 32);
     v("seed", seed, 0, 1'000'000'000);
@@ -78,6 +81,7 @@ struct PlannerParams {
       v("upstream_s", upstream_s, 0.0, 60.0);
     });
     v("ready_s", ready_s, 0.1, 100.0);
+    v("has_hand", has_hand);
     v("hand_s", hand_s, 0.1, 60.0);
     v("tracking_rad", tracking_rad, 0.01, 1.0);
     v("object_moved_m", object_moved_m, 0.001, 0.1);

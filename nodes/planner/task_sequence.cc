@@ -51,6 +51,7 @@ void TaskSequence::await_inputs(const SequenceInput& input) {
 void TaskSequence::begin(const SequenceInput& input) {
   order_ = *input.order;
   plan_.reset();
+  if (task() != nullptr && !settings_.has_hand) return fail("the arm has no hand", false);
   if (const Task* wanted = task()) hand_ = HandOrder{wanted->grip, 0.0, settings_.grip_force};
   if (!set_point_) set_point_ = {input.arm->q, Eigen::VectorXd::Zero(input.arm->q.size()), {}};
   plan_from_here(input);

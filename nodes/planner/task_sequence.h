@@ -20,6 +20,7 @@ struct SequenceSettings {
   double tracking_rad = 0.25;  ///< largest allowed difference of set-point and posture [rad]
   double object_moved_m =
       0.005;  ///< the object moved if farther than this from where it was planned for [m]
+  bool has_hand = true;          ///< false: it moves, and takes nothing
   double open_closure = 0.05;    ///< the hand is open below this [1]
   double grip_force = 0.5;       ///< commanded force, 0 .. 1 [1]
   double resume_s = 2.0;         ///< a motion that waits for what it depends on goes on within [s]

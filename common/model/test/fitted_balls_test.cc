@@ -107,7 +107,7 @@ TEST_F(FittedBalls, EveryLinkWithGeometryIsAGroupInItsPlace) {
     EXPECT_GE(std::abs(x.frame - y.frame), 2);
   }
   // Frames 0, 1, 2, 3, 4 and the camera's 3: eight pairs are two joints apart, or more.
-  EXPECT_EQ(arm.self_pairs.size() + covered.touching_at_home.size(), 8u);
+  EXPECT_EQ(arm.self_pairs.size() + covered.always_touching.size(), 8u);
 
   const robot::RobotTree tree = robot::read_urdf(urdf_folder() / "arm.urdf");
   robot::Kinematics judge(tree);

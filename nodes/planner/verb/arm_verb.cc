@@ -28,7 +28,8 @@ Json json_of(const model::CoveredArm& covered) {
               {"joints", covered.arm.dof()},
               {"balls", covered.arm.balls.size()},
               {"links", Json::array()},
-              {"touching_at_home", covered.touching_at_home},
+              {"always_touching", covered.always_touching},
+              {"touching_at_home", touching_at_home(covered)},
               {"obstacle_groups", Json::array()},
               {"unchecked", covered.arm.unchecked}};
   for (const int group : covered.arm.env_groups)
@@ -71,8 +72,7 @@ void print_table(const model::CoveredArm& covered) {
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
   fmt::print("{} balls\n", covered.arm.balls.size());
-  for (const auto& [a, b] : covered.touching_at_home)
-    fmt::print("not checked against each other, as their balls touch at home: {}, {}\n", a, b);
+  fmt::print("{}", touching_text(covered));
   const auto& checked = covered.arm.env_groups;
   for (std::size_t g = 0; g < covered.arm.groups.size(); ++g) {
     if (std::ranges::find(checked, static_cast<int>(g)) == checked.end())
@@ -104,9 +104,11 @@ void add_plan(CLI::App& program, int& exit_code) {
   CLI::App* sub = verb->add_subcommand(
       "arm", "Shows an arm's safety balls, and how far they reach out of its geometry");
   sub->add_option("ROBOT", o->robot, "Arm, a file as models/lwr4.yaml")->required();
-  sub->add_flag("--json", o->json,
-                "One object: arm, joints, balls, links [{link, group, fitted, balls, reach_m, "
-                "solid_m3, balls_m3, bare_m3}], touching_at_home, obstacle_groups, unchecked");
+  sub->add_flag(
+      "--json", o->json,
+      "One object: arm, joints, balls, links [{link, group, fitted, balls, reach_m, "
+      "solid_m3, balls_m3, bare_m3}], always_touching, touching_at_home, obstacle_groups, "
+      "unchecked");
   sub->add_flag("--yaml", o->yaml,
                 "Balls and checks as an arm's file gives them: no more fitting then");
   sub->footer(

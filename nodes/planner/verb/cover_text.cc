@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 namespace mimesis::tool {
 
@@ -17,6 +16,28 @@ std::string yaml_word(const std::string& text) {
   const bool word = text == "true" || text == "false" || text == "null" || text == "yes" ||
                     text == "no" || text == "on" || text == "off";
   return plain && !word ? text : nlohmann::json(text).dump();
+}
+
+std::vector<std::pair<std::string, std::string>> touching_at_home(
+    const model::CoveredArm& covered) {
+  const kin::ArmModel& arm = covered.arm;
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const auto& pair : model::touching_groups(arm, arm.home)) {
+    if (std::ranges::count(arm.self_pairs, pair) == 0) continue;
+    names.emplace_back(arm.groups[static_cast<std::size_t>(pair.first)],
+                       arm.groups[static_cast<std::size_t>(pair.second)]);
+  }
+  return names;
+}
+
+std::string touching_text(const model::CoveredArm& covered) {
+  std::string text;
+  for (const auto& [a, b] : covered.always_touching)
+    text += fmt::format(
+        "not checked against each other, as their balls touch in every posture: {}, {}\n", a, b);
+  for (const auto& [a, b] : touching_at_home(covered))
+    text += fmt::format("balls touch at home, where no plan can begin: {}, {}\n", a, b);
+  return text;
 }
 
 std::string cover_text(const model::CoveredArm& covered) {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
-#include <set>
+#include <random>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -98,8 +98,9 @@ std::string machine_text(const NewOptions& o, const NewArm& arm) {
   int node_id = 0;
   for (const int l : arm.chain.joints)
     text += fmt::format(
-        "  - {{name: {}, bus: 0, node_id: {}, increments_per_turn: 4096, gear_ratio: 100}}\n",
-        yaml_word(arm.tree.link(l).joint), ++node_id);
+        "  - {{name: A{0}, bus: 0, node_id: {0}, increments_per_turn: 4096, gear_ratio: 100}}  # "
+        "{1}\n",
+        ++node_id, arm.tree.link(l).joint);
   return text;
 }
 
@@ -111,7 +112,6 @@ version: 1
 args:
   sim: {{type: bool, default: true, help: "simulated drives, on the buses of the machine file"}}
   view: {{type: bool, default: true, help: "the page at http://localhost:8765"}}
-outside: [table/scene]      # obstacles, from whoever sees them
 nodes:
   drives:
     exec: mimesis_sim_drives
@@ -126,8 +126,8 @@ nodes:
     stop: {{order: last}}
   planner:
     exec: mimesis_planner
-    params: {{robot: {0}.yaml, upstream_s: 0}}
-    in: {{scene: table/scene, decision: , proposal: , joint_states: bridge/joint_states, hand: }}
+    params: {{robot: {0}.yaml, table: {0}_table.yaml, has_hand: false}}
+    in: {{scene: , decision: , joint_states: bridge/joint_states, hand: }}
     required: true
   page:
     exec: mimesis
@@ -137,6 +137,15 @@ nodes:
                      o.name);
 }
 
+std::string table_text(const NewOptions& o) {
+  return fmt::format(
+      R"(# What stands around {0}: nothing yet. In the world, in metres; more: models/README.md.
+balls: []     # {{center_m: [0.5, 0, 0.3], radius_m: 0.05}}
+boxes: []     # {{name: table, center_m: [0.5, 0, -0.02], half_extent_m: [0.4, 0.4, 0.02]}}
+)",
+      o.name);
+}
+
 void write(const fs::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
   out << text;
@@ -144,19 +153,41 @@ void write(const fs::path& file, const std::string& text) {
   if (!out) throw ConfigError(file.string() + ": cannot be written");
 }
 
+/// The arm's home if nothing touches there, else the middle of its limits, or a posture near it
+/// where nothing does.
+std::vector<double> choose_home(kin::ArmModel& arm) {
+  const auto touches = [&arm](const Eigen::VectorXd& q) {
+    return std::ranges::any_of(model::touching_groups(arm, q), [&](const auto& pair) {
+      return std::ranges::count(arm.self_pairs, pair) > 0;
+    });
+  };
+  const Eigen::VectorXd middle = 0.5 * (arm.q_min + arm.q_max);
+  Eigen::VectorXd q = arm.home;
+  std::mt19937 draw(1);
+  constexpr int kTries = 256;
+  for (int i = 0; i < kTries && touches(q); ++i) {
+    q = middle;
+    const double share = 0.5 * i / kTries;  // of the limits' range, to either side
+    for (Eigen::Index j = 0; j < q.size(); ++j)
+      q[j] += share * (arm.q_max[j] - arm.q_min[j]) *
+              (2.0 * static_cast<double>(draw()) / 4294967296.0 - 1.0);
+  }
+  if (!touches(q)) arm.home = q;
+  return {arm.home.begin(), arm.home.end()};
+}
+
 int make(NewOptions o) {
   if (o.name.empty()) o.name = fs::path(o.urdf).stem().string();
   const std::string stem = (fs::path(o.folder) / o.name).string();
   const std::string file = stem + ".yaml", machine = stem + "_machine.yaml",
-                    launch = stem + ".launch.yaml";
-  for (const std::string& old : {file, machine, launch}) {
+                    table = stem + "_table.yaml", launch = stem + ".launch.yaml";
+  for (const std::string& old : {file, machine, table, launch}) {
     if (fs::exists(old) && !o.force)
       throw ConfigError(old + ": is there already, expected a new --name, or --force");
   }
-  const NewArm arm = look_at(o);
-  const std::string text = arm_text(o, arm);
+  NewArm arm = look_at(o);
   const fs::path draft = stem + ".draft.yaml";
-  write(draft, text);
+  write(draft, arm_text(o, arm));
   model::CoveredArm covered;
   const auto began = std::chrono::steady_clock::now();
   try {
@@ -167,14 +198,14 @@ int make(NewOptions o) {
   }
   fs::remove(draft);
   const std::chrono::duration<double> fitted = std::chrono::steady_clock::now() - began;
-  write(file, text + cover_text(covered));
+  if (o.home_rad.empty()) arm.home = choose_home(covered.arm);
+  write(file, arm_text(o, arm) + cover_text(covered));
   fmt::print("{}: {} joints from {} to {}, {} balls on {} links, fitted in {:.1f} s\n", file,
              arm.chain.joints.size(), arm.chain.base, arm.chain.tip, covered.arm.balls.size(),
              covered.links.size(), fitted.count());
   for (const auto& [joint, at] : arm.chain.fixed)
     fmt::print("joint {} stays at {:.6g}\n", joint, at);
-  for (const auto& [a, b] : covered.touching_at_home)
-    fmt::print("not checked against each other, as their balls touch at home: {}, {}\n", a, b);
+  fmt::print("{}", touching_text(covered));
   for (const std::string& link : covered.arm.unchecked)
     fmt::print("of no known shape, checked against nothing: {}\n", link);
   if (arm.slides) {
@@ -182,9 +213,12 @@ int make(NewOptions o) {
     return 0;
   }
   write(machine, machine_text(o, arm));
+  write(table, table_text(o));
   write(launch, launch_text(o));
-  fmt::print("{}: drives, simulated ones until you put in yours\n{}: mimesis launch {}\n", machine,
-             launch, launch);
+  fmt::print(
+      "{}: drives, simulated ones until you put in yours\n{}: obstacles, none yet\n{}: mimesis "
+      "launch {}\n",
+      machine, table, launch, launch);
   return 0;
 }
 
