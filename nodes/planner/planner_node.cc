@@ -325,7 +325,7 @@ void PlannerNode::read_inputs(runtime::Time now) {
   }
   const auto* hand = hand_in_.fresh(now, stale);
   hand_reading_ = hand == nullptr ? std::nullopt : std::optional(to_reading(*hand));
-  if (!params_.has_hand) hand_reading_ = HandReading{.active = true};
+  if (!params_.has_hand) hand_reading_ = HandReading{.active = true, .fault = {}};
 }
 
 /// Input that the motion depends on and that was silent for too long. Called in every step.

@@ -182,6 +182,18 @@ TEST_F(Params, LoadParamsNamesThePlacesItSearched) {
   EXPECT_EQ(ball.radius_m, 0.7);
 }
 
+TEST_F(Params, AFileStandsBesideTheOneThatNamesIt) {
+  std::ofstream(folder_ + "/mine.yaml") << "a: 1\n";
+  std::ofstream(folder_ + "/node.yaml") << "robot: mine.yaml\narm: lwr4.yaml\n";
+  std::string robot, arm;
+  ParamSource(folder_ + "/node.yaml", {}, {}).read("node", [&](ParamVisitor& v) {
+    v.file("robot", robot, "arm");
+    v.file("arm", arm, "arm");
+  });
+  EXPECT_EQ(robot, folder_ + "/mine.yaml");
+  EXPECT_EQ(arm, "lwr4.yaml") << "of models/";
+}
+
 TEST(Suggest, CountsSlips) {
   EXPECT_EQ(edit_distance("", "abc"), 3U);
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);

@@ -1,0 +1,113 @@
+// `mimesis robot new`: from a URDF to an arm that moves in simulation, by the commands it names.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/model/files.h"
+#include "common/testing/process.h"
+#include "common/testing/temporary_folder.h"
+
+namespace mimesis::tool {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+class RobotNew : public testing::VerbTest {
+ protected:
+  /// A base and five links, each on the one before; two fingers on the last, one follows the other.
+  fs::path urdf(const std::string& third = "") {
+    const std::string shape =
+        "<collision><origin xyz='0 0 0.1'/><geometry><cylinder radius='0.04' length='0.2'/>"
+        "</geometry></collision>";
+    std::ofstream out(folder_ / "my arm.urdf");
+    out << "<robot name='my arm'>";
+    for (int i = 0; i < 6; ++i)
+      out << "<link name='link " << i << "'>" << (i == 3 && !third.empty() ? third : shape)
+          << "</link>";
+    for (const char* finger : {"left", "right"})
+      out << "<link name='" << finger << "'><collision><geometry><box size='0.01 0.01 0.05'/>"
+          << "</geometry></collision></link>";
+    const auto joint = [&](const std::string& type, const std::string& from, const std::string& to,
+                           const std::string& more) {
+      out << "<joint name='to " << to << "' type='" << type << "'><parent link='" << from
+          << "'/><child link='" << to << "'/><origin xyz='0 0 0.25'/>" << more << "</joint>";
+    };
+    for (int i = 0; i < 5; ++i)
+      joint("revolute", "link " + std::to_string(i), "link " + std::to_string(i + 1),
+            std::string("<axis xyz='") + (i % 2 == 0 ? "0 0 1" : "0 1 0") +
+                "'/><limit lower='-2' upper='2' velocity='1.5' effort='1'/>");
+    const std::string slides =
+        "<axis xyz='0 1 0'/><limit lower='0.01' upper='0.04' velocity='1' effort='1'/>";
+    joint("prismatic", "link 5", "left", slides);
+    joint("prismatic", "link 5", "right", slides + "<mimic joint='to left'/>");
+    out << "</robot>";
+    return folder_ / "my arm.urdf";
+  }
+  int make(std::vector<std::string> words) {
+    words.insert(words.begin(), {"robot", "new"});
+    words.insert(words.end(), {"--out", folder_.path(), "--name", "mine"});
+    return call(words);
+  }
+  std::string file() const { return folder_ / "mine.yaml"; }
+
+  testing::TemporaryFolder folder_;
+};
+
+TEST_F(RobotNew, AnArmMovesByTheThreeCommands) {
+  ASSERT_EQ(make({urdf()}), 0) << errors_;
+  EXPECT_NE(output_.find("5 joints from link 0 to link 5"), std::string::npos) << output_;
+  EXPECT_NE(output_.find("joint to left stays at 0.01"), std::string::npos);
+  const kin::ArmModel arm = model::load_checked_arm(file());
+  EXPECT_EQ(arm.dof(), 5);
+  EXPECT_EQ(arm.a_max[0], 3.0) << "1.5 rad/s in half a second";
+  EXPECT_TRUE(model::touching_groups(arm, arm.home).empty()) << "a plan can begin at home";
+  EXPECT_TRUE(arm.unchecked.empty());
+
+  testing::TestGraph graph;
+  testing::Process launch("mimesis", {"launch", folder_ / "mine.launch.yaml", "--graph",
+                                      graph.name(), "--arg", "view=false"});
+  testing::Process answer("mimesis", {"topic", "echo", "planner/answer", "--once", "--timeout",
+                                      "60", "--graph", graph.name()});
+  const std::vector<std::string> goal{
+      "service", "call",      "planner/do", R"({"to": [{"position_rad": [1, 0.4, 0.3, 0.5, 0]}]})",
+      "--graph", graph.name()};
+  // Until all are ready, and the answer is heard.
+  for (int asked = 0; asked < 60 && !answer.wait(1s); ++asked) call(goal);
+  EXPECT_NE(answer.output().find("\"succeeded\": true"), std::string::npos)
+      << answer.output() << answer.errors() << launch.errors();
+  ASSERT_EQ(call({"topic", "echo", "bridge/joint_states", "--once", "--graph", graph.name()}), 0);
+  EXPECT_NE(output_.find("1.00"), std::string::npos) << output_;
+  launch.terminate();
+}
+
+TEST_F(RobotNew, TakesLinksAsTheyAreDrawnAndNamesThoseWithoutShape) {
+  const std::string drawn = "<visual><geometry><box size='0.05 0.05 0.2'/></geometry></visual>";
+  ASSERT_EQ(make({urdf(drawn)}), 0) << errors_;
+  EXPECT_TRUE(model::load_checked_arm(file()).unchecked.empty());
+  const std::string heavy =
+      "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
+      "</inertial>";
+  ASSERT_EQ(make({urdf(heavy), "--force"}), 0) << errors_;
+  EXPECT_NE(output_.find("of no known shape, checked against nothing: link 3"), std::string::npos)
+      << output_;
+  EXPECT_EQ(model::load_checked_arm(file()).unchecked, std::vector<std::string>{"link 3"});
+}
+
+TEST_F(RobotNew, LeavesNothingBehindWhereItRefuses) {
+  const auto expect = [this](const std::vector<std::string>& words, const std::string& said) {
+    EXPECT_EQ(make(words), 2);
+    EXPECT_NE(errors_.find(said), std::string::npos) << errors_;
+  };
+  expect({urdf("<collision><geometry><mesh filename='no.stl'/></geometry></collision>")},
+         "link 'link 3': mesh 'no.stl'");
+  expect({urdf(), "--tip", "hand"}, "'hand'");
+  expect({urdf(), "--home", "0,0"}, "expected 5 numbers in home_rad");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "the URDF alone";
+  ASSERT_EQ(make({urdf()}), 0) << errors_;
+  expect({urdf()}, "mine.yaml: is there already, expected a new --name, or --force");
+}
+
+}  // namespace
+}  // namespace mimesis::tool
