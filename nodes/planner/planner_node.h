@@ -37,7 +37,7 @@ struct PlannerParams {
   double rate_hz = 200.0;           ///< rate of set-points: the robot's [Hz]
   double offset_s = 0.0;            ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";  ///< model file of the arm
-  std::string table;            ///< file of what stands there until a scene comes; empty: it waits
+  std::string table{};          ///< file of what stands there until a scene comes; empty: it waits
   int roadmap_nodes = 2500;     ///< number of nodes sampled within the joint limits [1]
   int neighbours = 4;           ///< links of a node, k [1]
   int seed = 1;                 ///< seed of all sampling [1]

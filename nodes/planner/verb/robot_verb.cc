@@ -133,6 +133,7 @@ nodes:
     exec: mimesis
     if: ${{arg:view}}
     args: [view]
+    ready: started
 )",
                      o.name);
 }
