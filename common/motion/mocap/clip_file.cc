@@ -13,6 +13,8 @@
 namespace mimesis::mocap {
 namespace {
 
+constexpr double kLeastHeight_m = 0.5, kMostHeight_m = 2.5;  // of a figure that stands
+
 bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
@@ -237,7 +239,7 @@ double choose_unit_m(const std::string& file, const ReadOptions& options, const 
   const auto within = [&](double unit_m, double least_m, double most_m) {
     return height * unit_m >= least_m && height * unit_m <= most_m;
   };
-  const auto fits = [&](double unit_m) { return within(unit_m, 0.5, 2.5); };
+  const auto fits = [&](double unit_m) { return within(unit_m, kLeastHeight_m, kMostHeight_m); };
   const std::string range = " m tall, expected 0.5 to 2.5 m";
   if (options.unit_m > 0.0) {
     if (fits(options.unit_m)) return options.unit_m;
@@ -272,7 +274,17 @@ Clip read_clip(const std::string& file, const ReadOptions& options) {
   if (same_word(ending, ".amc")) {
     const std::string text = read_bytes(file);
     const std::string asf = options.asf.empty() ? find_asf(file) : options.asf;
-    return parse_amc(text, file, parse_asf(read_bytes(asf), asf, options), options);
+    Clip clip = parse_amc(text, file, parse_asf(read_bytes(asf), asf, options), options);
+    const auto map =
+        options.map ? tl::expected<BodyMap, Status>(*options.map) : find_body_map(clip);
+    if (options.map) check_body_map(clip, *options.map);
+    const double height_m = map ? stature_m(clip.skeleton, *map) : 1.0;
+    if (height_m < kLeastHeight_m || height_m > kMostHeight_m) {
+      throw ConfigError(one_line(fmt::format(
+          "{}: the figure of {} is {:.3g} m tall, expected 0.5 to 2.5 m; --unit-m gives its unit",
+          file, asf, height_m)));
+    }
+    return clip;
   }
   throw ConfigError(file + ": ending '" + ending + "', expected .bvh or .amc");
 }

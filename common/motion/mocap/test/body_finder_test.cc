@@ -193,6 +193,48 @@ TEST(BodyFinder, FindsTheAxesOfEveryJoint) {
   expect_person(to_body(recorded(kLafan, along_bones)));
 }
 
+/// With joints that do not turn: collar bones, twist bones of the thighs, one more in spine and
+/// neck, and a finger at one hand alone.
+Clip with_more_joints(const Clip& clip) {
+  const std::array<std::pair<BodyJoint, std::string>, 6> added = {
+      {{kLeftKnee, "LeftUpLegTwist"},
+       {kRightKnee, "RightUpLegTwist"},
+       {kChest, "Spine1"},
+       {kNeck, "Neck0"},
+       {kLeftShoulder, "LeftShoulder"},
+       {kRightShoulder, "RightShoulder"}}};
+  Clip out = clip;
+  out.skeleton.joints.clear();
+  out.rotation_rad.setZero(clip.rotation_rad.rows() + 3 * 7, clip.frames());
+  std::vector<int> place;
+  for (std::size_t j = 0; j < clip.skeleton.joints.size(); ++j) {
+    Joint joint = clip.skeleton.joints[j];
+    if (joint.parent >= 0) joint.parent = place[static_cast<std::size_t>(joint.parent)];
+    for (const auto& [of, name] : added) {
+      if (static_cast<std::size_t>(of) != j) continue;
+      out.skeleton.joints.push_back({name, joint.parent, 0.5 * joint.offset_m});
+      joint = {joint.name, static_cast<int>(out.skeleton.joints.size()) - 1, 0.5 * joint.offset_m};
+    }
+    place.push_back(static_cast<int>(out.skeleton.joints.size()));
+    out.skeleton.joints.push_back(joint);
+    out.rotation_rad.middleRows<3>(3 * place.back()) =
+        clip.rotation_rad.middleRows<3>(static_cast<Eigen::Index>(3 * j));
+  }
+  for (Joint& end : out.skeleton.ends) end.parent = place[static_cast<std::size_t>(end.parent)];
+  out.skeleton.joints.push_back({"LeftHandIndex1", place[kLeftWrist], {0.0, 0.08, 0.0}});
+  return out;
+}
+
+TEST(BodyFinder, PassesOverJointsThatTheFigureLacks) {
+  const Clip clip = with_more_joints(recorded(prefixed("Character1_", kLafan)));
+  const auto map = find_body_map(clip);
+  ASSERT_TRUE(map) << map.error().reason;
+  EXPECT_EQ(map->joints[kChest], "Character1_Spine2");
+  EXPECT_EQ(map->joints[kNeck], "Character1_Neck");
+  EXPECT_EQ(map->joints[kLeftShoulder], "Character1_LeftArm");
+  expect_person(to_body(clip));
+}
+
 TEST(BodyFinder, ToesMayBeEndsAndTheTrunkOneJoint) {
   Clip clip = recorded(kXsens);
   auto& [joints, ends] = clip.skeleton;
