@@ -88,8 +88,9 @@ BodyTree::BodyTree(const Skeleton& s)
 }
 
 std::vector<int> BodyTree::path(int j) const {
+  constexpr std::size_t kMost = 64;  // no limb has more joints; files may have any number
   std::vector<int> joints;
-  for (; j >= 0; j = next[static_cast<std::size_t>(j)]) {
+  for (; j >= 0 && joints.size() < kMost; j = next[static_cast<std::size_t>(j)]) {
     if (length(j) > 1e-3 * longest && !has_word(name(j), kTwistWords)) joints.push_back(j);
   }
   return joints;
@@ -129,7 +130,7 @@ bool alike(const BodyTree& tree, const LimbPair& pair) {
 
 std::vector<LimbPair> limb_pairs(const BodyTree& tree) {
   constexpr double kLeastShare = 0.2;  // of the longest path from the root
-  constexpr std::size_t kNeighbours = 6;
+  constexpr std::size_t kNeighbours = 6, kMostPairs = 100;
   std::vector<LimbPair> pairs;
   for (int p = 0; p < static_cast<int>(tree.children.size()); ++p) {
     std::vector<int> long_ones;
@@ -154,6 +155,7 @@ std::vector<LimbPair> limb_pairs(const BodyTree& tree) {
     }
   }
   std::ranges::stable_sort(pairs, std::greater{}, &LimbPair::length);
+  if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
   return pairs;
 }
 
@@ -495,7 +497,8 @@ double sole_of(const Clip& clip, const BodyMap& map, const Vector3d& up) {
     const MappedPose pose(clip, map, f), after(clip, map, std::min(f + 1, clip.frames() - 1));
     for (std::size_t s = 0; s < 2; ++s) {
       const Vector3d foot = unit(pose.toe[s] - pose.p[kHips[s] + 2]);
-      instants.push_back({(after.toe[s] - pose.toe[s]).norm(), std::asin(foot.dot(up))});
+      instants.push_back(
+          {(after.toe[s] - pose.toe[s]).norm(), std::asin(std::clamp(foot.dot(up), -1.0, 1.0))});
     }
   }
   const auto at = [&](double share) {
