@@ -12,6 +12,27 @@ int Skeleton::find(std::string_view name) const {
   return found == joints.end() ? -1 : static_cast<int>(found - joints.begin());
 }
 
+SkeletonPose skeleton_pose(const Clip& clip, Eigen::Index frame) {
+  const std::vector<Joint>& joints = clip.skeleton.joints;
+  SkeletonPose pose{std::vector<Eigen::Matrix3d>(joints.size(), Eigen::Matrix3d::Identity()),
+                    std::vector<Eigen::Vector3d>(joints.size(), Eigen::Vector3d::Zero())};
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    Eigen::Matrix3d R_PJ = Eigen::Matrix3d::Identity();
+    if (frame >= 0) {
+      R_PJ = math::exp_so3(clip.rotation_rad.block<3, 1>(3 * static_cast<Eigen::Index>(j), frame));
+    }
+    if (joints[j].parent < 0) {
+      pose.R_WJ[j] = R_PJ;
+      if (frame >= 0) pose.p_WJ[j] = clip.root_position_W_m.col(frame);
+    } else {
+      const auto parent = static_cast<std::size_t>(joints[j].parent);
+      pose.R_WJ[j] = pose.R_WJ[parent] * R_PJ;
+      pose.p_WJ[j] = pose.p_WJ[parent] + pose.R_WJ[parent] * joints[j].offset_m;
+    }
+  }
+  return pose;
+}
+
 std::string one_line(std::string text) {
   for (char& c : text) {
     if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';

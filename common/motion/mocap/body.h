@@ -34,9 +34,19 @@ struct Clip {
   /// Rotation of every joint relative to its parent (of the root: to W) as axis-angle θw [rad],
   /// without jumps by 2π: rows 3j..3j+2 of joint j, one column a frame.
   Eigen::MatrixXd rotation_rad;
+  /// What the reader took that the file does not say, or mended: a line each, for the user.
+  std::vector<std::string> notes{};
 
   Eigen::Index frames() const { return rotation_rad.cols(); }
 };
+
+/// Where every joint of a clip's skeleton is. W: world, z up.
+struct SkeletonPose {
+  std::vector<Eigen::Matrix3d> R_WJ;
+  std::vector<Eigen::Vector3d> p_WJ;  ///< joint centres [m]
+};
+/// The pose in a frame; in frame -1 the zero posture, with the root at the origin.
+SkeletonPose skeleton_pose(const Clip& clip, Eigen::Index frame);
 
 /// The text with '?' in place of control characters: names from files as they may stand in a
 /// message of one line.

@@ -17,56 +17,14 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// The known map whose joints the skeleton has.
-const BodyMap& find_map(const Clip& clip) {
-  std::size_t fewest = 2 * kBodyJoints;
-  std::string nearest;
-  for (const BodyMap& map : known_body_maps()) {
-    std::size_t count = 0;
-    std::string missing;
-    auto need = [&](const std::string& name) {
-      if (clip.skeleton.find(name) < 0) missing += (count++ == 0 ? "" : ", ") + name;
-    };
-    for (const std::string& name : map.joints) need(name);
-    for (const std::string& name : map.toes) need(name);
-    if (count == 0) return map;
-    if (count >= fewest) continue;
-    fewest = count;
-    nearest = map.name + " these joints are missing: " + missing;
-  }
-  throw ConfigError(clip.name + ": no known skeleton; for " + nearest);
-}
-
 // Lengths that files lack. The ball of the foot is 3 to 5.5 cm above the ground in the stances of
 // all CMU and Bandai-Namco clips at hand; heels, hands and heads have usual proportions.
 constexpr double kBallHeight_m = 0.04;
-constexpr double kHeelShare = 0.3;   // behind the ankle, of the ball's distance before it
+constexpr double kHeelShare = 0.3;  // behind the ankle, of the ball's distance before it
+constexpr double kFootShare =
+    0.4;  // of the shank: the ball before the ankle, of a foot straight down
 constexpr double kHandShare = 0.65;  // share of the forearm
 constexpr double kHeadShare = 0.46;  // share of the thigh
-
-/// Where every joint of the file's skeleton is in one frame.
-struct FilePose {
-  std::vector<Matrix3d> R_WJ;
-  std::vector<Vector3d> p_WJ;
-};
-
-FilePose file_pose(const Clip& clip, Index frame) {
-  const std::vector<Joint>& joints = clip.skeleton.joints;
-  FilePose pose{std::vector<Matrix3d>(joints.size()), std::vector<Vector3d>(joints.size())};
-  for (std::size_t j = 0; j < joints.size(); ++j) {
-    const Matrix3d R_PJ =
-        math::exp_so3(clip.rotation_rad.block<3, 1>(static_cast<Index>(3 * j), frame));
-    if (joints[j].parent < 0) {
-      pose.R_WJ[j] = R_PJ;
-      pose.p_WJ[j] = clip.root_position_W_m.col(frame);
-    } else {
-      const auto parent = static_cast<std::size_t>(joints[j].parent);
-      pose.R_WJ[j] = pose.R_WJ[parent] * R_PJ;
-      pose.p_WJ[j] = pose.p_WJ[parent] + pose.R_WJ[parent] * joints[j].offset_m;
-    }
-  }
-  return pose;
-}
 
 /// Largest turn of a joint from a frame to the next [rad].
 double leap(const Clip& clip, Index frame) {
@@ -100,7 +58,6 @@ Index frames_apart(const Clip& clip) {
 
 /// Rows: the local axes that point forward, left and up.
 Matrix3d axes_of(const std::string& text) {
-  if (text.empty()) return Matrix3d::Identity();
   Matrix3d axes = Matrix3d::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     axes(static_cast<Index>(i), text[2 * i + 1] - 'x') = text[2 * i] == '+' ? 1.0 : -1.0;
@@ -108,24 +65,55 @@ Matrix3d axes_of(const std::string& text) {
   return axes;
 }
 
-/// Index in the file by body joint and of the toes, and the orientation of all file joints' frames
-/// in the T-posture.
+/// Index in the file by body joint, balls of the feet in the ankles' frames, and the orientation of
+/// all file joints' frames in the T-posture.
 struct Correspondence {
   std::array<std::size_t, kBodyJoints> joint;
-  std::array<std::size_t, 2> toe;
+  std::array<Vector3d, 2> ball;
   std::array<Matrix3d, kBodyJoints> R_WJ_T;
 };
 
+/// A joint in the frame of one that it hangs on; joints between them are taken at zero.
+Vector3d offset_between(const Skeleton& skeleton, std::size_t from, std::size_t to) {
+  Vector3d offset = Vector3d::Zero();
+  for (std::size_t j = to; j > from; j = static_cast<std::size_t>(skeleton.joints[j].parent)) {
+    offset += skeleton.joints[j].offset_m;
+  }
+  return offset;
+}
+
+bool hangs_on(const Skeleton& skeleton, int joint, int ancestor) {
+  while (joint > ancestor) joint = skeleton.joints[static_cast<std::size_t>(joint)].parent;
+  return joint == ancestor;
+}
+
+/// The end of that name; null: none.
+const Joint* find_end(const Skeleton& skeleton, const std::string& name) {
+  const auto end = std::ranges::find(skeleton.ends, name, &Joint::name);
+  return end == skeleton.ends.end() ? nullptr : &*end;
+}
+
+bool are_axes(const std::string& text) {
+  const auto is_axis = [](char c) { return c == 'x' || c == 'y' || c == 'z'; };
+  if (text.size() != 6) return false;
+  for (std::size_t i = 0; i < 6; i += 2) {
+    if ((text[i] != '+' && text[i] != '-') || !is_axis(text[i + 1])) return false;
+  }
+  return std::abs(axes_of(text).determinant() - 1.0) < 1e-9;
+}
+
 /// Straightens a limb to the T-posture: the frames turn with the segments that they carry.
 void straighten(const Clip& clip, std::span<const BodyJoint> limb,
-                std::span<const Vector3d> directions, std::size_t end, Correspondence& c) {
+                std::span<const Vector3d> directions, const Vector3d& end, Correspondence& c) {
   Matrix3d turn = Matrix3d::Identity();
   for (std::size_t i = 0; i < limb.size(); ++i) {
     const BodyJoint joint = limb[i];
     c.R_WJ_T[joint] = turn * c.R_WJ_T[joint];
     if (i >= directions.size()) continue;
-    const std::size_t next = i + 1 < limb.size() ? c.joint[limb[i + 1]] : end;
-    const Vector3d bone = c.R_WJ_T[joint] * clip.skeleton.joints[next].offset_m;
+    const Vector3d next = i + 1 < limb.size()
+                              ? offset_between(clip.skeleton, c.joint[joint], c.joint[limb[i + 1]])
+                              : end;
+    const Vector3d bone = c.R_WJ_T[joint] * next;
     if (bone.norm() < 1e-9) continue;
     const Matrix3d more = math::rotation_onto(bone, directions[i]);
     c.R_WJ_T[joint] = more * c.R_WJ_T[joint];
@@ -142,16 +130,18 @@ Correspondence correspond(const Clip& clip, const BodyMap& map) {
     c.joint[j] = index(map.joints[j]);
     c.R_WJ_T[j] = axes_of(map.axes[j]);
   }
-  c.toe = {index(map.toes[kLeft]), index(map.toes[kRight])};
+  c.ball = {ball_of_foot(clip, map, kLeft), ball_of_foot(clip, map, kRight)};
 
   const Vector3d down = -Vector3d::UnitZ(), left = Vector3d::UnitY();
   const Vector3d sole(std::cos(map.sole_rad), 0.0, std::sin(map.sole_rad));
   const std::array<Vector3d, 3> leg = {down, down, sole};
   const std::array<Vector3d, 2> left_arm = {left, left}, right_arm = {-left, -left};
-  straighten(clip, std::array{kLeftHip, kLeftKnee, kLeftAnkle}, leg, c.toe[kLeft], c);
-  straighten(clip, std::array{kRightHip, kRightKnee, kRightAnkle}, leg, c.toe[kRight], c);
-  straighten(clip, std::array{kLeftShoulder, kLeftElbow, kLeftWrist}, left_arm, 0, c);
-  straighten(clip, std::array{kRightShoulder, kRightElbow, kRightWrist}, right_arm, 0, c);
+  straighten(clip, std::array{kLeftHip, kLeftKnee, kLeftAnkle}, leg, c.ball[kLeft], c);
+  straighten(clip, std::array{kRightHip, kRightKnee, kRightAnkle}, leg, c.ball[kRight], c);
+  straighten(clip, std::array{kLeftShoulder, kLeftElbow, kLeftWrist}, left_arm, Vector3d::Zero(),
+             c);
+  straighten(clip, std::array{kRightShoulder, kRightElbow, kRightWrist}, right_arm,
+             Vector3d::Zero(), c);
   return c;
 }
 
@@ -170,30 +160,15 @@ Vector3d chain_end(const Skeleton& skeleton, std::size_t from) {
   return farthest;
 }
 
-/// Ball of the foot in the ankle's frame; joints between them are taken at zero. @throws
-/// ConfigError
-Vector3d ball_of_foot(const Clip& clip, std::size_t ankle, std::size_t toe) {
-  const std::vector<Joint>& joints = clip.skeleton.joints;
-  Vector3d ball = Vector3d::Zero();
-  std::size_t j = toe;
-  while (j != ankle) {
-    ball += joints[j].offset_m;
-    if (joints[j].parent < static_cast<int>(ankle)) {
-      throw ConfigError(clip.name + ": joint " + joints[toe].name + " does not hang on " +
-                        joints[ankle].name);
-    }
-    j = static_cast<std::size_t>(joints[j].parent);
-  }
-  return ball;
-}
-
 /// Points at the ends of the limbs; the body's segments are set.
 void set_end_points(const Clip& clip, const Correspondence& c, Body& body) {
   const std::array<BodyJoint, 2> ankles = {kLeftAnkle, kRightAnkle};
   const std::array<BodyJoint, 2> wrists = {kLeftWrist, kRightWrist};
   for (std::size_t s = 0; s < 2; ++s) {
     const BodyJoint ankle = ankles[s], wrist = wrists[s];
-    const Vector3d ball = c.R_WJ_T[ankle] * ball_of_foot(clip, c.joint[ankle], c.toe[s]);
+    Vector3d ball = c.R_WJ_T[ankle] * c.ball[s];
+    const double shank = body.offset_m[ankle].norm();
+    if (ball.x() < 0.25 * kFootShare * shank) ball.x() = kFootShare * shank;
     const double ground = ball.z() - kBallHeight_m;
     body.toe_m[s] = {ball.x(), ball.y(), ground};
     body.heel_m[s] = {-kHeelShare * ball.x(), -kHeelShare * ball.y(), ground};
@@ -209,38 +184,88 @@ void set_end_points(const Clip& clip, const Correspondence& c, Body& body) {
 }  // namespace
 
 std::span<const BodyMap> known_body_maps() {
-  static const std::string trunk = "+z+x+y", left = "+x+z-y", right = "-x+z+y", arm = "-x+y-z";
+  static const std::string same = "+x+y+z", trunk = "+z+x+y", left = "+x+z-y", right = "-x+z+y",
+                           arm = "-x+y-z";
+  static const std::array<std::string, kBodyJoints> parallel = {same, same, same, same, same, same,
+                                                                same, same, same, same, same, same,
+                                                                same, same, same, same, same};
   static const std::array<BodyMap, 3> maps = {
       // CMU's frames are parallel to the world in the zero posture; only the legs are spread.
-      BodyMap{.name = "CMU BVH",
-              .joints = {"Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg",
+      BodyMap{.joints = {"Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "RightUpLeg", "RightLeg",
                          "RightFoot", "Spine", "Spine1", "Neck1", "Head", "LeftArm", "LeftForeArm",
                          "LeftHand", "RightArm", "RightForeArm", "RightHand"},
               .toes = {"LeftToeBase", "RightToeBase"},
-              .axes = {},
+              .axes = parallel,
               .sole_rad = kCmuSole_rad},
-      BodyMap{.name = "CMU ASF",
-              .joints = {"root", "lfemur", "ltibia", "lfoot", "rfemur", "rtibia", "rfoot",
+      BodyMap{.joints = {"root", "lfemur", "ltibia", "lfoot", "rfemur", "rtibia", "rfoot",
                          "upperback", "thorax", "upperneck", "head", "lhumerus", "lradius",
                          "lwrist", "rhumerus", "rradius", "rwrist"},
               .toes = {"ltoes", "rtoes"},
-              .axes = {},
+              .axes = parallel,
               .sole_rad = kCmuSole_rad},
       // Bandai-Namco's frames have x along the bone (on the right side of the limbs: against it),
       // so the zero posture is folded together; the T-posture turns all by multiples of 90°.
-      BodyMap{.name = "Bandai-Namco BVH",
-              .joints = {"Hips", "UpperLeg_L", "LowerLeg_L", "Foot_L", "UpperLeg_R", "LowerLeg_R",
+      BodyMap{.joints = {"Hips", "UpperLeg_L", "LowerLeg_L", "Foot_L", "UpperLeg_R", "LowerLeg_R",
                          "Foot_R", "Spine", "Chest", "Neck", "Head", "UpperArm_L", "LowerArm_L",
                          "Hand_L", "UpperArm_R", "LowerArm_R", "Hand_R"},
               .toes = {"Toes_L", "Toes_R"},
               .axes = {"+x-z+y", left, left, left, right, right, right, trunk, trunk, trunk, trunk,
-                       "", "", "", arm, arm, arm},
+                       same, same, same, arm, arm, arm},
               .sole_rad = kBandaiSole_rad}};
   return maps;
 }
 
+void check_body_map(const Clip& clip, const BodyMap& map) {
+  const Skeleton& skeleton = clip.skeleton;
+  const auto fail = [&](const std::string& name, std::string_view of, const std::string& expected) {
+    throw ConfigError(one_line(clip.name + ": joint '" + name + "' of the map (" + std::string(of) +
+                               "), expected " + expected));
+  };
+  for (std::size_t j = 0; j < kBodyJoints; ++j) {
+    const int joint = skeleton.find(map.joints[j]);
+    if (joint < 0) fail(map.joints[j], kBodyJointNames[j], "one that the file has");
+    if (!are_axes(map.axes[j])) {
+      fail(map.joints[j], kBodyJointNames[j],
+           "axes like +x+y+z, of a right-handed frame, not '" + map.axes[j] + "'");
+    }
+    const bool limb = j != kRoot && j != kLeftHip && j != kRightHip && j < kSpine;
+    const bool arm = j > kLeftShoulder && j != kRightShoulder;
+    if (!limb && !arm) continue;
+    const std::string& parent = map.joints[static_cast<std::size_t>(kBodyParents[j])];
+    if (joint == skeleton.find(parent) || !hangs_on(skeleton, joint, skeleton.find(parent))) {
+      fail(map.joints[j], kBodyJointNames[j], "one that hangs on '" + parent + "'");
+    }
+  }
+  for (std::size_t s = 0; s < 2; ++s) {
+    const std::string& ankle = map.joints[s == kLeft ? kLeftAnkle : kRightAnkle];
+    const Joint* end = find_end(skeleton, map.toes[s]);
+    const int toe = end != nullptr ? end->parent : skeleton.find(map.toes[s]);
+    if (toe < 0 || !hangs_on(skeleton, toe, skeleton.find(ankle))) {
+      fail(map.toes[s], s == kLeft ? "ltoe" : "rtoe",
+           "a joint or an end that hangs on '" + ankle + "'");
+    }
+  }
+}
+
+Vector3d ball_of_foot(const Clip& clip, const BodyMap& map, Side side) {
+  const Skeleton& skeleton = clip.skeleton;
+  const auto ankle =
+      static_cast<std::size_t>(skeleton.find(map.joints[side == kLeft ? kLeftAnkle : kRightAnkle]));
+  const Joint* end = find_end(skeleton, map.toes[side]);
+  const int toe = end != nullptr ? end->parent : skeleton.find(map.toes[side]);
+  const Vector3d ball = offset_between(skeleton, ankle, static_cast<std::size_t>(toe));
+  return end != nullptr ? Vector3d(ball + end->offset_m) : ball;
+}
+
 BodyClip to_body(const Clip& clip) {
-  const Correspondence c = correspond(clip, find_map(clip));
+  const auto map = find_body_map(clip);
+  if (!map) throw ConfigError(map.error().reason);
+  return to_body(clip, *map);
+}
+
+BodyClip to_body(const Clip& clip, const BodyMap& map) {
+  check_body_map(clip, map);
+  const Correspondence c = correspond(clip, map);
   const Index first = frames_apart(clip), frames = clip.frames() - first;
   if (frames < 1) throw ConfigError(clip.name + ": no frame, expected at least one");
 
@@ -251,7 +276,7 @@ BodyClip to_body(const Clip& clip) {
   out.root_position_W_m.resize(3, frames);
   out.angles_rad.resize(kBodyRows, frames);
   for (Index f = 0; f < frames; ++f) {
-    const FilePose file = file_pose(clip, f + first);
+    const SkeletonPose file = skeleton_pose(clip, f + first);
     BodyPose pose;
     for (std::size_t j = 0; j < kBodyJoints; ++j) {
       pose.R_WJ[j] = file.R_WJ[c.joint[j]] * c.R_WJ_T[j].transpose();

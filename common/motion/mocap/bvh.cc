@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -89,7 +91,7 @@ void read_hierarchy(TextScanner& in, Bvh& bvh) {
     const std::string_view word = in.word();
     if (same_word(word, "JOINT")) {
       joint = open_joint(in, bvh, joint);
-    } else if (same_word(word, "End")) {
+    } else if (same_word(word, "End") || same_word(word, "EndSite")) {
       read_end(in, bvh, joint);
     } else if (word == "}") {
       joint = bvh.skeleton.joints[static_cast<std::size_t>(joint)].parent;
@@ -100,9 +102,7 @@ void read_hierarchy(TextScanner& in, Bvh& bvh) {
 }
 
 double rate_of(TextScanner& in) {
-  in.expect("Frame");
-  in.expect("Time:");
-  const double time_s = in.number();
+  const double time_s = in.labelled_number("frametime");
   if (!(time_s > 1e-6 && time_s < 1e6)) in.fail("frame time, expected seconds above zero");
   const double rate_hz = 1.0 / time_s, whole = std::round(rate_hz);
   return whole >= 1.0 && std::abs(rate_hz - whole) < 1e-4 * whole ? whole : rate_hz;
@@ -156,22 +156,15 @@ void read_frame(TextScanner& in, Bvh& bvh, Eigen::Index frame) {
 
 void read_motion(TextScanner& in, Bvh& bvh, const std::string& file) {
   in.expect("MOTION");
-  in.expect("Frames:");
-  const long frames = in.integer();
-  if (frames < 1) in.fail_found(std::to_string(frames), "one frame or more");
+  const double count = in.labelled_number("frames");
   bvh.clip.rate_hz = rate_of(in);
-  prepare(in, bvh, static_cast<std::size_t>(frames), file);
-  for (Eigen::Index frame = 0; frame < frames; ++frame) read_frame(in, bvh, frame);
-  const std::string_view more = in.word();
-  if (!more.empty()) {
-    in.fail_found(more, "the end of the file after " + std::to_string(frames) + " frames");
+  const std::size_t frames = in.lines_left();
+  if (frames < 1) in.fail_found(in.word(), "one frame or more");
+  if (static_cast<double>(frames) != count) {
+    bvh.clip.notes.push_back(fmt::format("{} frames are there, not {}", frames, count));
   }
-}
-
-bool moves(const Bvh& bvh, std::size_t joint, double unit_m) {
-  if (bvh.position_row[joint] < 0) return false;
-  const auto rows = bvh.positions.middleRows<3>(bvh.position_row[joint]);
-  return (rows.rowwise().maxCoeff() - rows.rowwise().minCoeff()).maxCoeff() * unit_m > 1e-4;
+  prepare(in, bvh, frames, file);
+  for (std::size_t f = 0; f < frames; ++f) read_frame(in, bvh, static_cast<Eigen::Index>(f));
 }
 
 // Joint 1 is the root's only child: root and child become one, where the child is.
@@ -193,11 +186,6 @@ void join_root(Bvh& bvh) {
   bvh.position_row.erase(bvh.position_row.begin());
 }
 
-// A root that only holds the place of the origin, as Bandai's joint_Root does.
-bool idle_root(const Bvh& bvh) {
-  return bvh.clip.rotation_rad.topRows<3>().isZero(0.0) && bvh.clip.root_position_W_m.isZero(0.0);
-}
-
 bool only_child(const Skeleton& skeleton) {
   const auto of_root = [](const Joint& joint) { return joint.parent == 0; };
   return skeleton.joints.size() > 1 &&
@@ -205,8 +193,8 @@ bool only_child(const Skeleton& skeleton) {
          std::none_of(skeleton.ends.begin(), skeleton.ends.end(), of_root);
 }
 
-// Positions of joints other than the root become offsets, or the root's motion.
-void settle_positions(Bvh& bvh, double unit_m, const std::string& file) {
+// The roots become one. Offsets are the positions of frame 0.
+void settle_roots(Bvh& bvh) {
   Clip& clip = bvh.clip;
   clip.root_position_W_m.resize(3, clip.frames());
   if (bvh.position_row[0] >= 0) {
@@ -214,30 +202,61 @@ void settle_positions(Bvh& bvh, double unit_m, const std::string& file) {
   } else {
     clip.root_position_W_m.colwise() = bvh.skeleton.joints[0].offset_m;
   }
-  if (only_child(bvh.skeleton) && bvh.position_row[1] >= 0 &&
-      (idle_root(bvh) || moves(bvh, 1, unit_m))) {
-    join_root(bvh);
-  }
+  const auto is_placed = [&](int joint) {  // by all three channels
+    return std::ranges::count_if(bvh.channels, [joint](const Channel& channel) {
+             return channel.position && channel.joint == joint;
+           }) == 3;
+  };
+  for (int child = 1; only_child(bvh.skeleton) && is_placed(child); ++child) join_root(bvh);
   bvh.skeleton.joints[0].offset_m.setZero();
   for (std::size_t j = 1; j < bvh.skeleton.joints.size(); ++j) {
     if (bvh.position_row[j] < 0) continue;
-    if (moves(bvh, j, unit_m)) {
-      throw ConfigError(
-          one_line(file + ": joint '" + bvh.skeleton.joints[j].name +
-                   "' moves within its parent, expected position channels that change only "
-                   "for the root or the root's only child"));
-    }
     bvh.skeleton.joints[j].offset_m = bvh.positions.block<3, 1>(bvh.position_row[j], 0);
   }
 }
 
-}  // namespace
+// Joints that move a little within their parents have their mean offset.
+void settle_offsets(Bvh& bvh, double unit_m, double most_m, const std::string& file) {
+  constexpr double kStill_m = 1e-4;
+  for (std::size_t j = 1; j < bvh.position_row.size(); ++j) {
+    if (bvh.position_row[j] < 0) continue;
+    const auto rows = bvh.positions.middleRows<3>(bvh.position_row[j]);
+    const double way_m =
+        (rows.rowwise().maxCoeff() - rows.rowwise().minCoeff()).maxCoeff() * unit_m;
+    if (way_m <= kStill_m) continue;
+    Joint& joint = bvh.clip.skeleton.joints[j];
+    if (way_m > most_m) {
+      throw ConfigError(one_line(fmt::format(
+          "{}: joint '{}' moves by {:.3g} m within its parent, expected position channels that "
+          "change by less than {:.1f} mm but for the root's only child",
+          file, joint.name, way_m, 1e3 * most_m)));
+    }
+    joint.offset_m = rows.rowwise().mean();
+  }
+}
 
-double bvh_unit_m(const Skeleton& skeleton) {
+// The file's axis `up` becomes z.
+void turn_up(const Eigen::Vector3d& up, Clip& clip) {
+  if (up == Eigen::Vector3d::UnitZ()) return;
+  const Eigen::Matrix3d turn = math::rotation_onto(up, Eigen::Vector3d::UnitZ());
+  clip.root_position_W_m = turn * clip.root_position_W_m;
+  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+    const Eigen::Matrix3d R_WR = turn * math::exp_so3(clip.rotation_rad.col(t).head<3>());
+    put_rotation(clip.rotation_rad, 0, t, Eigen::Quaterniond(R_WR));
+  }
+  int axis = 0;
+  up.cwiseAbs().maxCoeff(&axis);
+  clip.notes.push_back(
+      fmt::format("up is the file's {}{}", up[axis] < 0.0 ? '-' : '+', "zxy"[axis]));
+}
+
+double usual_unit_m(const Skeleton& skeleton) {
   const bool cmu = skeleton.find("Hips") == 0 && skeleton.find("LHipJoint") > 0 &&
                    skeleton.find("RHipJoint") > 0;
-  return cmu ? 0.0254 / 0.45 : 0.01;
+  return cmu ? kCmuUnit_m : 0.01;
 }
+
+}  // namespace
 
 Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options) {
   check_options(options);
@@ -245,14 +264,23 @@ Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions
   TextScanner in(text, file);
   read_hierarchy(in, bvh);
   read_motion(in, bvh, file);
-  const double unit_m = options.unit_m > 0.0 ? options.unit_m : bvh_unit_m(bvh.skeleton);
-  settle_positions(bvh, unit_m, file);
-  for (Joint& joint : bvh.skeleton.joints) joint.offset_m *= unit_m;
-  for (Joint& end : bvh.skeleton.ends) end.offset_m *= unit_m;
-  bvh.clip.root_position_W_m *= unit_m;
-  bvh.clip.skeleton = std::move(bvh.skeleton);
-  bvh.clip.name = base_name(file);
-  check_lengths(file, bvh.clip);
+  settle_roots(bvh);
+  Clip& clip = bvh.clip;
+  clip.name = base_name(file);
+  clip.skeleton = std::move(bvh.skeleton);
+  if (options.map) check_body_map(clip, *options.map);
+  const auto found =
+      options.map ? tl::expected<BodyMap, Status>(*options.map) : find_body_map(clip);
+  const BodyMap* map = found ? &*found : nullptr;
+  const double unit_m = choose_unit_m(file, options, map, usual_unit_m(clip.skeleton), clip);
+  constexpr double kNoise_m = 2e-3, kNoiseShare = 2e-3;  // of the standing height
+  const double stature = map != nullptr ? unit_m * stature_m(clip.skeleton, *map) : 0.0;
+  settle_offsets(bvh, unit_m, std::max(kNoise_m, kNoiseShare * stature), file);
+  if (map != nullptr) turn_up(upward(clip, *map), clip);
+  for (Joint& joint : clip.skeleton.joints) joint.offset_m *= unit_m;
+  for (Joint& end : clip.skeleton.ends) end.offset_m *= unit_m;
+  clip.root_position_W_m *= unit_m;
+  check_lengths(file, clip);
   return std::move(bvh.clip);
 }
 

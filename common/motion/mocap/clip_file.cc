@@ -1,6 +1,9 @@
 #include "common/motion/mocap/clip_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -9,6 +12,8 @@
 
 namespace mimesis::mocap {
 namespace {
+
+constexpr double kLeastHeight_m = 0.5, kMostHeight_m = 2.5;  // of a figure that stands
 
 bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -63,11 +68,45 @@ std::string_view TextScanner::rest_of_line() {
 void TextScanner::skip_line() { at_ = std::min(text_.find('\n', at_), text_.size()); }
 
 bool TextScanner::next_line() {
-  for (skip_blanks(); at_ < text_.size() && text_[at_] == '\n'; skip_blanks()) {
-    ++at_;
-    ++line_;
+  for (skip_blanks(); at_ < text_.size(); skip_blanks()) {
+    if (text_[at_] == '\n') {
+      ++at_;
+      ++line_;
+    } else if (text_[at_] == '#' && first_in_line()) {
+      skip_line();
+    } else {
+      break;
+    }
   }
   return at_ < text_.size();
+}
+
+bool TextScanner::first_in_line() const {
+  std::size_t at = at_;
+  while (at > begin_ && blank(text_[at - 1])) --at;
+  return at == begin_ || text_[at - 1] == '\n';
+}
+
+std::size_t TextScanner::lines_left() const {
+  TextScanner rest = *this;
+  std::size_t count = 0;
+  for (; rest.next_line(); rest.skip_line()) ++count;
+  return count;
+}
+
+double TextScanner::labelled_number(std::string_view label) {
+  next_line();
+  const std::string_view line = rest_of_line();
+  std::size_t at = 0;
+  for (const char letter : label) {
+    while (at < line.size() && blank(line[at])) ++at;
+    if (at == line.size() || lower(line[at]) != letter) {
+      fail_found(line, "'" + std::string(label) + ":'");
+    }
+    ++at;
+  }
+  while (at < line.size() && (blank(line[at]) || line[at] == ':')) ++at;
+  return to_number(line.substr(at));
 }
 
 double TextScanner::to_number(std::string_view word) const {
@@ -80,6 +119,14 @@ double TextScanner::to_number(std::string_view word) const {
                     (digits.find("e-") != digits.npos || digits.find("E-") != digits.npos);
   if (digits.empty() || end != digits.data() + digits.size() || (error != std::errc() && !tiny) ||
       !std::isfinite(value)) {
+    const std::size_t comma = word.find(',');
+    const auto digit = [&](std::size_t i) {
+      return i < word.size() && word[i] >= '0' && word[i] <= '9';
+    };
+    if (comma != word.npos && (digit(comma - 1) || comma == 0) && digit(comma + 1) &&
+        word.find(',', comma + 1) == word.npos) {
+      fail("decimal comma in '" + shown(word) + "', expected a decimal point");
+    }
     fail_found(word, "a number");
   }
   return tiny ? 0.0 : value;
@@ -176,13 +223,68 @@ void check_options(const ReadOptions& options) {
   }
 }
 
+double choose_unit_m(const std::string& file, const ReadOptions& options, const BodyMap* map,
+                     double usual_m, Clip& clip) {
+  struct Unit {
+    double length_m;
+    const char* name;
+  };
+  static constexpr std::array<Unit, 5> kUnits = {{{1.0, "m"},
+                                                  {0.01, "cm"},
+                                                  {0.001, "mm"},
+                                                  {0.0254, "inch"},
+                                                  {kCmuUnit_m, "CMU's 2.54/0.45 cm"}}};
+  if (map == nullptr) return options.unit_m > 0.0 ? options.unit_m : usual_m;
+  const double height = stature_m(clip.skeleton, *map);
+  const auto within = [&](double unit_m, double least_m, double most_m) {
+    return height * unit_m >= least_m && height * unit_m <= most_m;
+  };
+  const auto fits = [&](double unit_m) { return within(unit_m, kLeastHeight_m, kMostHeight_m); };
+  const std::string range = " m tall, expected 0.5 to 2.5 m";
+  if (options.unit_m > 0.0) {
+    if (fits(options.unit_m)) return options.unit_m;
+    throw ConfigError(one_line(fmt::format("{}: with --unit-m {} the figure is {:.3g}{}", file,
+                                           options.unit_m, height * options.unit_m, range)));
+  }
+  if (usual_m == kCmuUnit_m && fits(usual_m)) return usual_m;
+  std::vector<Unit> usual_people, fitting;
+  std::string statures;
+  for (const Unit& unit : kUnits) {
+    if (within(unit.length_m, 1.0, 2.2)) usual_people.push_back(unit);
+    if (fits(unit.length_m)) fitting.push_back(unit);
+    statures += fmt::format("{}{:.3g} m in {}", statures.empty() ? "" : ", ",
+                            height * unit.length_m, unit.name);
+  }
+  const std::vector<Unit>& best = usual_people.empty() && !fits(usual_m) ? fitting : usual_people;
+  if (best.empty() && fits(usual_m)) return usual_m;
+  if (best.size() != 1) {
+    throw ConfigError(one_line(file + ": the figure's standing height is " + statures +
+                               ", expected 0.5 to 2.5 m in one of them; --unit-m gives the unit"));
+  }
+  if (best[0].length_m != usual_m) {
+    clip.notes.push_back(fmt::format("lengths are in {}: the figure is then {:.2f} m tall",
+                                     best[0].name, height * best[0].length_m));
+  }
+  return best[0].length_m;
+}
+
 Clip read_clip(const std::string& file, const ReadOptions& options) {
   const std::string ending = std::filesystem::path(file).extension().string();
   if (same_word(ending, ".bvh")) return parse_bvh(read_bytes(file), file, options);
   if (same_word(ending, ".amc")) {
     const std::string text = read_bytes(file);
     const std::string asf = options.asf.empty() ? find_asf(file) : options.asf;
-    return parse_amc(text, file, parse_asf(read_bytes(asf), asf, options), options);
+    Clip clip = parse_amc(text, file, parse_asf(read_bytes(asf), asf, options), options);
+    const auto map =
+        options.map ? tl::expected<BodyMap, Status>(*options.map) : find_body_map(clip);
+    if (options.map) check_body_map(clip, *options.map);
+    const double height_m = map ? stature_m(clip.skeleton, *map) : 1.0;
+    if (height_m < kLeastHeight_m || height_m > kMostHeight_m) {
+      throw ConfigError(one_line(fmt::format(
+          "{}: the figure of {} is {:.3g} m tall, expected 0.5 to 2.5 m; --unit-m gives its unit",
+          file, asf, height_m)));
+    }
+    return clip;
   }
   throw ConfigError(file + ": ending '" + ending + "', expected .bvh or .amc");
 }

@@ -1,37 +1,40 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/motion/mocap/body.h"
+#include "common/motion/mocap/body_map.h"
 
 namespace mimesis::mocap {
 
 /// Interpretation of a motion file where the file itself is not explicit.
 struct ReadOptions {
-  /// Length of the file's unit. 0: by the kind of file: BVH 1 cm or, with joints named as CMU's
-  /// conversion names them, CMU's 2.54/0.45 cm; ASF its own `length` (CMU: 1/0.45 inch).
+  /// Length of the file's unit. 0: ASF its own `length` (CMU: 1/0.45 inch). BVH 1 cm or, with
+  /// joints named as CMU's conversion names them, CMU's 2.54/0.45 cm; if a person would then not be
+  /// 1.0 to 2.2 m tall, that of m, cm, mm, inch and CMU's that makes it so.
   double unit_m = 0.0;
-  std::string asf{};  ///< skeleton of an AMC; empty: the .asf beside it whose name fits
+  std::string asf{};             ///< skeleton of an AMC; empty: the .asf beside it whose name fits
+  std::optional<BodyMap> map{};  ///< joints of the figure; none: find_body_map()
 };
 
 /// Reads a .bvh or .amc file, by its ending. @throws ConfigError "file:line: what, expected ..."
 Clip read_clip(const std::string& file, const ReadOptions& options = {});
 
-/// Length of the unit of a BVH file whose joints have these names [m]: CMU's 2.54/0.45 cm where the
-/// root is "Hips" over "LHipJoint" and "RHipJoint", as CMU's conversions have it; 1 cm otherwise.
-double bvh_unit_m(const Skeleton& skeleton);
-
 /// Reads the text of a BVH file. Any order of channels, per joint; a position channel stands in
-/// place of the joint's OFFSET. Joints other than the root may have position channels if
-///  - they keep still (to 0.1 mm): their offset is then that of frame 0, or
-///  - it is the only child of the root: if it moves, or the root stays at the origin, the two
-///    become one root, which carries both motions (Bandai: joint_Root over Hips becomes Hips).
+/// place of the joint's OFFSET. Lines that begin with '#' are comments. A root with one child that
+/// has three position channels becomes one with it and carries both motions (Bandai: joint_Root
+/// over Hips becomes Hips); other joints must keep still within their parents, to 2 mm or 0.2 % of
+/// the stature: their offset is then that of frame 0, or the mean if they move by more than 0.1 mm.
 /// Ends are named after their joint, "LeftToeBase_end". A frame time within 1e-4 of that of a whole
-/// rate means that rate (.0083333 s: 120 Hz).
+/// rate means that rate (.0083333 s: 120 Hz). Frames are those that are there, whatever `Frames:`
+/// says. If a person stands along another axis of the file than y, that axis is up. `notes` tell
+/// what was mended or taken.
 /// @param file  named in errors; its base name becomes the clip's.
-/// @throws ConfigError "file:line: found ..., expected ..."
+/// @throws ConfigError "file:line: found ..., expected ..."; if the figure's standing height is
+/// outside 0.5 to 2.5 m under the unit given, or under all units
 Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options = {});
 
 /// Skeleton of an ASF file, with the data that an AMC file needs.

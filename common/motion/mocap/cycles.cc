@@ -47,24 +47,45 @@ VectorXd ahead_of_pelvis(const Matrix3Xd& path, const BodyClip& clip, const Vect
   return ahead;
 }
 
-/// Maxima from which x falls by `drop` on both sides before it rises as high again; half of it
-/// where x begins or ends before that. The first and the last value do not count: x may continue to
-/// rise.
-std::vector<Index> maxima(const VectorXd& x, double drop) {
+/// Speed by central differences [m/s].
+double speed(const Matrix3Xd& path, Index f, double rate_hz) {
+  const Index before = std::max<Index>(f - 1, 0), after = std::min(f + 1, path.cols() - 1);
+  if (after == before) return 0.0;
+  return (path.col(after) - path.col(before)).norm() * rate_hz /
+         static_cast<double>(after - before);
+}
+
+constexpr double kFlight_m_s = 1.0;  ///< a foot this fast is in the air
+
+/// Whether the foot stands in a frame of the interval, as it does after a strike.
+bool stands(const Matrix3Xd& foot, Index first, Index last, double rate_hz) {
+  constexpr double kStill_m_s = 0.3;
+  for (Index f = first; f <= last; ++f) {
+    if (speed(foot, f, rate_hz) < kStill_m_s) return true;
+  }
+  return false;
+}
+
+/// Maxima from which x, the foot's way ahead, falls by `drop` on both sides before it rises as high
+/// again; where the clip begins or ends before that, half of it, or, with `ends`, that the foot
+/// comes flying or stands then. The first and the last value do not count: x may continue to rise.
+std::vector<Index> maxima(const VectorXd& x, double drop, bool ends, const Matrix3Xd& foot,
+                          double rate_hz) {
   std::vector<Index> found;
   Index high = 0, low = 0, lowest_before = 0;
   bool seek_maximum = true;
-  auto take = [&](double fall) {
+  auto take = [&](bool falls) {
     const double rise = x[high] - x[lowest_before];
-    const bool rises = rise >= (found.empty() ? 0.5 * drop : drop);
-    if (high > 0 && x[high] - x[low] >= fall && rises) found.push_back(high);
+    const bool begins =
+        found.empty() && (rise >= 0.5 * drop || (ends && speed(foot, 0, rate_hz) > kFlight_m_s));
+    if (high > 0 && falls && (begins || rise >= drop)) found.push_back(high);
   };
   for (Index f = 1; f < x.size(); ++f) {
     if (seek_maximum && x[f] > x[high]) high = low = f;
     if (x[f] < x[low]) low = f;
     if (high == 0 && x[f] < x[lowest_before]) high = lowest_before = low = f;
     if (seek_maximum && x[f] <= x[high] - drop) {
-      take(drop);
+      take(true);
       seek_maximum = false;
     } else if (!seek_maximum && x[f] >= x[low] + drop) {
       lowest_before = low;
@@ -72,16 +93,10 @@ std::vector<Index> maxima(const VectorXd& x, double drop) {
       seek_maximum = true;
     }
   }
-  if (seek_maximum) take(0.5 * drop);
+  if (seek_maximum) {
+    take(x[high] - x[low] >= 0.5 * drop || (ends && stands(foot, high + 1, x.size() - 1, rate_hz)));
+  }
   return found;
-}
-
-/// Speed by central differences [m/s].
-double speed(const Matrix3Xd& path, Index f, double rate_hz) {
-  const Index before = std::max<Index>(f - 1, 0), after = std::min(f + 1, path.cols() - 1);
-  if (after == before) return 0.0;
-  return (path.col(after) - path.col(before)).norm() * rate_hz /
-         static_cast<double>(after - before);
 }
 
 /// Keeps the frames before which the foot came flying, not those where only the pelvis moved away.
@@ -100,25 +115,51 @@ tl::unexpected<Status> no_trial(const BodyClip& clip, const std::string& reason)
   return tl::unexpected(Status{clip.name + ": " + reason});
 }
 
-tl::expected<std::vector<FrameInterval>, Status> gait_cycles(const BodyClip& clip,
-                                                             const CycleOptions& options) {
-  const std::vector<Index> strikes = find_gait_events(clip).heel_strike[kLeft];
-  if (strikes.empty()) {
-    return no_trial(clip, "no left heel strike: nobody walks, or less than a step");
-  }
-  if (strikes.size() == 1) {
-    return no_trial(clip, "less than one gait cycle: the only left heel strike is in frame " +
-                              std::to_string(clip.first_frame + strikes[0]));
-  }
-  std::vector<FrameInterval> cycles;
+/// A gait cycle, and the share of its frames after which the left heel strikes.
+struct GaitCycle {
+  FrameInterval frames;
+  double left_strike = 0.0;
+};
+
+/// From strike to strike of one side.
+std::vector<GaitCycle> cycles_of(const GaitEvents& events, Side side, double rate_hz,
+                                 const CycleOptions& options) {
+  std::vector<GaitCycle> cycles;
+  const std::vector<Index>& strikes = events.heel_strike[side];
   for (std::size_t i = 0; i + 1 < strikes.size(); ++i) {
-    const double duration_s = static_cast<double>(strikes[i + 1] - strikes[i]) / clip.rate_hz;
-    if (duration_s >= options.shortest_s && duration_s <= options.longest_s) {
-      cycles.push_back({strikes[i], strikes[i + 1]});
+    GaitCycle cycle{{strikes[i], strikes[i + 1]}};
+    const auto [first, last] = cycle.frames;
+    const double duration_s = static_cast<double>(last - first) / rate_hz;
+    if (duration_s < options.shortest_s || duration_s > options.longest_s) continue;
+    if (side == kRight) {
+      cycle.left_strike = 0.5;
+      for (const Index left : events.heel_strike[kLeft]) {
+        if (left <= first || left >= last) continue;
+        cycle.left_strike = static_cast<double>(left - first) / static_cast<double>(last - first);
+      }
+    }
+    cycles.push_back(cycle);
+  }
+  return cycles;
+}
+
+tl::expected<std::vector<GaitCycle>, Status> gait_cycles(const BodyClip& clip,
+                                                         const CycleOptions& options) {
+  const std::array<GaitEvents, 2> events = {find_gait_events(clip), find_gait_events(clip, true)};
+  for (const Side side : {kLeft, kRight}) {
+    for (const GaitEvents& e : events) {
+      auto cycles = cycles_of(e, side, clip.rate_hz, options);
+      if (!cycles.empty()) return cycles;
     }
   }
-  if (cycles.empty()) return no_trial(clip, "no two left heel strikes are a gait cycle apart");
-  return cycles;
+  const auto& strikes = events[1].heel_strike;
+  if (strikes[kLeft].empty() && strikes[kRight].empty()) {
+    return no_trial(clip, "no heel strike: nobody walks, or less than a step");
+  }
+  if (std::max(strikes[kLeft].size(), strikes[kRight].size()) < 2) {
+    return no_trial(clip, "less than one gait cycle: no heel strikes twice");
+  }
+  return no_trial(clip, "no two strikes of a heel are a gait cycle apart");
 }
 
 /// Way of the pelvis along its heading over an interval [m].
@@ -167,7 +208,7 @@ void remove_heading(BodyClip& clip) {
   }
 }
 
-GaitEvents find_gait_events(const BodyClip& clip) {
+GaitEvents find_gait_events(const BodyClip& clip, bool ends) {
   GaitEvents events;
   if (clip.frames() < 3) return events;
   const FootPaths paths = foot_paths(clip);
@@ -181,7 +222,10 @@ GaitEvents find_gait_events(const BodyClip& clip) {
     const Matrix3Xd& strikes = events.backward ? paths.toe[s] : paths.heel[s];
     const VectorXd front = sign * ahead_of_pelvis(strikes, clip, heading);
     const double swing = front.maxCoeff() - front.minCoeff();
-    events.heel_strike[s] = maxima(front, std::max(kLeastSwing_m, kLeastSwingShare * swing));
+    Matrix3Xd on_ground = strikes;  // a foot that stands may still roll
+    on_ground.row(2).setZero();
+    const double drop = std::max(kLeastSwing_m, kLeastSwingShare * swing);
+    events.heel_strike[s] = maxima(front, drop, ends, on_ground, clip.rate_hz);
     keep_swings(events.heel_strike[s], strikes, clip.rate_hz);
   }
   return events;
@@ -208,13 +252,11 @@ tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions
   }
   const Eigen::VectorXd heading = heading_rad(smooth);
 
-  std::vector<FrameInterval> intervals;
+  std::vector<GaitCycle> cycles = {{.frames = {0, clip.frames() - 1}}};
   if (options.cut == CycleOptions::Cut::gait_cycles) {
-    auto cycles = gait_cycles(smooth, options);
-    if (!cycles) return tl::unexpected(cycles.error());
-    intervals = *cycles;
-  } else {
-    intervals = {{0, clip.frames() - 1}};
+    auto found = gait_cycles(smooth, options);
+    if (!found) return tl::unexpected(found.error());
+    cycles = *found;
   }
 
   Trials out;
@@ -223,15 +265,21 @@ tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions
   remove_heading(smooth);
   const std::string style = options.style.empty() ? style_of(clip.name) : options.style;
   const Index rows = kBodyRows + added;
-  out.samples.resize(static_cast<Index>(intervals.size()) * rows, options.samples);
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    out.trials.push_back(describe(smooth, intervals[i], heading, style));
+  out.samples.resize(static_cast<Index>(cycles.size()) * rows, options.samples);
+  for (std::size_t i = 0; i < cycles.size(); ++i) {
+    out.trials.push_back(describe(smooth, cycles[i].frames, heading, style));
     out.trials.back().cycle = static_cast<int>(i);
-    const auto first = static_cast<double>(intervals[i].first);
-    const auto last = static_cast<double>(intervals[i].last);
+    const auto first = static_cast<double>(cycles[i].frames.first);
+    const auto last = static_cast<double>(cycles[i].frames.last);
     auto trial = out.samples.middleRows(static_cast<Index>(i) * rows, rows);
     trial.topRows(kBodyRows) = resample(smooth.angles_rad, first, last, options.samples);
     if (added > 0) trial.bottomRows(added) = resample(smooth_more, first, last, options.samples);
+    const auto turn = std::lround(cycles[i].left_strike * options.samples) % options.samples;
+    if (turn > 0) {  // the cycle is closed: it may as well begin at the left strike
+      const Index rest = options.samples - turn;
+      const Eigen::MatrixXd whole = trial;
+      trial << whole.rightCols(rest), whole.leftCols(turn);
+    }
   }
   return out;
 }

@@ -36,7 +36,9 @@ struct GaitEvents {
 /// kLeastSwing_m and kLeastSwingShare on both sides of it; half of that at the ends of a clip; a
 /// strike counts if the foot flew at kLeastSwing_m_s within half a second before it. No walking, no
 /// events.
-GaitEvents find_gait_events(const BodyClip& clip);
+/// @param ends  count a clip's first and last strike also by less of a swing, if the foot flies in
+/// its first frame (1 m/s), or stands behind the last strike (0.3 m/s)
+GaitEvents find_gait_events(const BodyClip& clip, bool ends = false);
 
 /// First and last frame (column) of an interval.
 struct FrameInterval {
@@ -45,7 +47,7 @@ struct FrameInterval {
 
 struct CycleOptions {
   enum class Cut {
-    gait_cycles,  ///< from left heel strike to left heel strike
+    gait_cycles,  ///< from heel strike to heel strike, see cut_cycles()
     whole_clip    ///< the whole clip is one trial, for motions that do not repeat
   };
   Cut cut = Cut::gait_cycles;
@@ -63,9 +65,11 @@ struct MoreRows {
 };
 
 /// Trials of a clip: angles filtered, heading removed, cut, resampled to T samples. The period's
-/// last frame is phase 2π, i.e. sample 0 of the next; a whole clip ends there too. Status: why the
-/// clip gives no trial (fewer than two left heel strikes, standing, ...). The rows are the body's,
-/// then `more`.
+/// last frame is phase 2π, i.e. sample 0 of the next; a whole clip ends there too. Cycles go from
+/// left strike to left strike; of a clip that has none, with the strikes near its ends, or else
+/// from right to right, as closed cycles that begin at the left strike within them (without one:
+/// in their middle). So phase 0 is the left strike in all. Status: why the clip gives no trial (no
+/// heel strikes twice, standing, ...). The rows are the body's, then `more`.
 /// @throws ConfigError if options do not fit (T < 2, the cutoff), or
 /// `more` has not the clip's frames
 tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options = {},

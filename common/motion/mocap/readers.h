@@ -14,12 +14,14 @@
 namespace mimesis::mocap {
 
 /// Walks over a text file that is in memory, word by word or line by line, and knows the line
-/// number for messages. Blanks are space, tab, CR, vertical tab and form feed.
+/// number for messages. Blanks are space, tab, CR, vertical tab and form feed. Lines that begin
+/// with
+/// '#' are passed over.
 class TextScanner {
  public:
   /// Both are kept as views; `file` is named in errors.
   TextScanner(std::string_view text, std::string_view file) : text_(text), file_(file) {
-    if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;  // byte order mark of UTF-8
+    if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = begin_ = 3;  // byte order mark of UTF-8
   }
 
   /// Next word, over line ends; '{' and '}' are words of their own. Empty at the end of the file.
@@ -35,6 +37,11 @@ class TextScanner {
   double number_in_line();
   double number();
   long integer();
+  /// The value of a line "LABEL: value"; letter case, blanks in the label and the colon do not
+  /// matter. @throws ConfigError
+  double labelled_number(std::string_view label);
+  /// Number of lines from here on that hold a word.
+  std::size_t lines_left() const;
 
   /// Takes the next word and compares, letter case aside. @throws ConfigError
   void expect(std::string_view wanted);
@@ -55,11 +62,12 @@ class TextScanner {
 
  private:
   void skip_blanks();
+  bool first_in_line() const;
   std::string_view take_word();
   double to_number(std::string_view word) const;
 
   std::string_view text_, file_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, begin_ = 0;
   int line_ = 1;
 };
 
@@ -76,6 +84,8 @@ std::string base_name(const std::string& file);
 inline Eigen::Vector3d from_file_axes(const Eigen::Vector3d& v) { return {v.z(), v.x(), v.y()}; }
 /// 0, 1, 2 = x, y, z of the file -> the same axis in this project.
 inline int from_file_axis(int axis) { return (axis + 1) % 3; }
+
+inline constexpr double kCmuUnit_m = 0.0254 / 0.45;  ///< CMU's unit of length
 
 inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< one degree in radians
 
@@ -109,6 +119,12 @@ void check_clip_size(const std::string& file, std::size_t file_bytes, std::size_
 /// No person is as large or goes as far as 10 km: such lengths overflow in later computations.
 /// @throws ConfigError
 void check_lengths(const std::string& file, const Clip& clip);
+
+/// Length of the unit of a clip whose lengths are in it, by the figure's standing height, see
+/// ReadOptions::unit_m. `map` null: no figure; then what was given or is usual. Adds to the notes.
+/// @throws ConfigError if no unit, or not the one given, makes it 0.5 to 2.5 m
+double choose_unit_m(const std::string& file, const ReadOptions& options, const BodyMap* map,
+                     double usual_m, Clip& clip);
 
 /// @throws ConfigError
 void check_options(const ReadOptions& options);

@@ -16,6 +16,7 @@
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/markers.h"
 #include "common/motion/mocap/trials.h"
+#include "common/runtime/param_source.h"
 
 namespace mimesis::tool {
 namespace {
@@ -49,14 +50,35 @@ bool ends_with(const std::string& name, const std::string& ending) {
 
 /// The clip of a file; of markers that are no person, why.
 tl::expected<mocap::BodyClip, Status> read_body(const std::string& file,
-                                                const TrialFileOptions& options) {
-  if (!ends_with(file, ".c3d")) return mocap::to_body(mocap::read_clip(file, options.read));
+                                                const TrialFileOptions& options,
+                                                std::vector<std::string>& notes) {
+  if (!ends_with(file, ".c3d")) {
+    const mocap::Clip clip = mocap::read_clip(file, options.read);
+    for (const std::string& note : clip.notes) notes.push_back(file + ": " + note);
+    return options.read.map ? mocap::to_body(clip, *options.read.map) : mocap::to_body(clip);
+  }
   const mocap::Markers markers = mocap::read_c3d(file);
   try {
     return mocap::body_from_markers(markers, options.markers_legs_only);
   } catch (const ConfigError& e) {
     return tl::unexpected(Status{e.what()});
   }
+}
+
+void visit(runtime::ParamVisitor& v, mocap::BodyMap& map) {
+  v.group("joints", [&](runtime::ParamVisitor& joints) {
+    for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) {
+      joints(mocap::kBodyJointNames[j], map.joints[j]);
+    }
+    joints("ltoe", map.toes[mocap::kLeft]);
+    joints("rtoe", map.toes[mocap::kRight]);
+  });
+  v.group("axes", [&](runtime::ParamVisitor& axes) {
+    for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) {
+      axes(mocap::kBodyJointNames[j], map.axes[j]);
+    }
+  });
+  v("sole_rad", map.sole_rad, -1.6, 0.3);
 }
 
 /// @throws ConfigError if the set of `file` has other rows than the first one
@@ -134,6 +156,19 @@ class Robot {
 
 }  // namespace
 
+std::string body_map_text(mocap::BodyMap map) {
+  return runtime::dump_params([&map](runtime::ParamVisitor& v) { visit(v, map); });
+}
+
+mocap::BodyMap read_body_map(const std::string& file) {
+  mocap::BodyMap map;
+  map.axes.fill("+x+y+z");
+  runtime::ParamSource(file, {}, {}).read("map", [&map](runtime::ParamVisitor& v) {
+    visit(v, map);
+  });
+  return map;
+}
+
 std::string sha256_of(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   crypto_hash_sha256_state state;
@@ -166,7 +201,7 @@ TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFi
         throw ConfigError(file + ": trials have no feet on the ground, --robot needs clips");
       sets.push_back(mocap::read_trials(file));
     } else {
-      const auto clip = read_body(file, options);
+      const auto clip = read_body(file, options, out.notes);
       auto trials = !clip   ? tl::unexpected(clip.error())
                     : robot ? robot->cut(*clip, options.cut, out.retargeted)
                             : mocap::cut_cycles(*clip, options.cut);

@@ -46,7 +46,8 @@ struct TrialFiles {
   struct LeftOut {
     std::string file, reason;
   };
-  std::vector<LeftOut> left_out;  ///< clips without a trial, markers that are not a person's
+  std::vector<LeftOut> left_out;   ///< clips without a trial, markers that are not a person's
+  std::vector<std::string> notes;  ///< "file: what its reader took or mended", for the user
   std::vector<RetargetedClip> retargeted;
   std::vector<std::optional<motion::RowLimits>> limits_rad;  ///< by row; empty without a robot
 };
@@ -57,6 +58,11 @@ struct TrialFiles {
 /// fit together, or if no trial is left
 TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFileOptions& options,
                             const std::function<void(std::size_t)>& progress);
+
+/// A map of joints as YAML, and back: `joints` by body joint and the toes, `axes`, `sole_rad`.
+std::string body_map_text(mocap::BodyMap map);
+/// @throws ConfigError "file:line:col: ...", see runtime::ParamSource
+mocap::BodyMap read_body_map(const std::string& file);
 
 /// SHA-256 of a file in hex. @throws ConfigError
 std::string sha256_of(const std::string& file);

@@ -103,6 +103,14 @@ TEST(ClipFiles, AmcAgreesWithTheBvhOfTheSameClip) {
   }
 }
 
+TEST(ClipFiles, AUnitThatMakesNoPersonIsRefused) {
+  SKIP_WITHOUT_SHARED();
+  const std::string said =
+      message_of([] { read_clip(shared_mocap() + "cmu_amc/35_07.amc", {.unit_m = 1.0}); });
+  EXPECT_NE(said.find("35.asf is 3"), std::string::npos) << said;
+  EXPECT_NE(said.find("m tall, expected 0.5 to 2.5 m; --unit-m"), std::string::npos) << said;
+}
+
 struct Expected {
   const char* file;
   long frames;

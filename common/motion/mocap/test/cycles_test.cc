@@ -61,6 +61,30 @@ TEST(Cycles, OfTheMadeUpWalkerStartAtTheLeftHeelStrike) {
   EXPECT_EQ(trials->trials[0].last_frame, trials->trials[1].first_frame);
 }
 
+// One left strike, between two right ones.
+TEST(Cycles, FromRightToRightBeginAtTheLeftStrikeToo) {
+  const Walker walker{.seconds = 1.7, .start_phase_rad = 2.0};
+  const auto trials = cut_cycles(walk(walker));
+  ASSERT_TRUE(trials) << trials.error().reason;
+  ASSERT_EQ(trials->trials.size(), 1u);
+  EXPECT_NEAR(static_cast<double>(trials->trials[0].first_frame), 0.2 * walker.rate_hz, 1.0);
+  EXPECT_NEAR(trials->trials[0].duration_s, walker.period_s, 1.0 / walker.rate_hz + 1e-9);
+  for (Eigen::Index t = 0; t < 100; ++t) {
+    const double swing = walker.swing_rad * std::cos(math::kTwoPi * static_cast<double>(t) / 100);
+    EXPECT_NEAR(trials->samples(3 * kLeftHip + 1, t), -swing, 0.03);
+    EXPECT_NEAR(trials->samples(3 * kRightHip + 1, t), swing, 0.03);
+  }
+}
+
+// The clip ends 40° of a period behind its second left strike, when the foot stands.
+TEST(Cycles, StrikesNearTheEndsCountWhereThereIsNoOtherCycle) {
+  const auto trials = cut_cycles(walk({.seconds = 2.147}));
+  ASSERT_TRUE(trials) << trials.error().reason;
+  ASSERT_EQ(trials->trials.size(), 1u);
+  EXPECT_NEAR(static_cast<double>(trials->trials[0].first_frame), 0.925 * 120, 1.0);
+  EXPECT_NEAR(static_cast<double>(trials->trials[0].last_frame), 2.025 * 120, 1.0);
+}
+
 TEST(Cycles, FramesAreCountedAsInTheFile) {
   BodyClip clip = walk({});
   const auto from_0 = cut_cycles(clip);
@@ -73,8 +97,8 @@ TEST(Cycles, FramesAreCountedAsInTheFile) {
 TEST(Cycles, SayWhyThereIsNone) {
   const auto standing = cut_cycles(walk({.swing_rad = 0.02, .speed_m_s = 0.0}));
   ASSERT_FALSE(standing);
-  EXPECT_NE(standing.error().reason.find("walker.bvh: no left heel strike"), std::string::npos);
-  const auto one = cut_cycles(walk({.seconds = 1.7}));
+  EXPECT_NE(standing.error().reason.find("walker.bvh: no heel strike"), std::string::npos);
+  const auto one = cut_cycles(walk({.seconds = 1.2}));
   ASSERT_FALSE(one);
   EXPECT_NE(one.error().reason.find("less than one gait cycle"), std::string::npos);
   CycleOptions quick;

@@ -136,10 +136,10 @@ TEST_F(RecordedCycles, InTheReferencesFramesTheRotationsAreTheSame) {
 }
 
 TEST_F(RecordedCycles, OtherMotionsAreHandledOrRefusedWithTheReason) {
-  const auto half = cut_cycles(body_of("35_01.amc"));
-  ASSERT_FALSE(half);
-  EXPECT_NE(half.error().reason.find("35_01.amc: less than one gait cycle"), std::string::npos)
-      << half.error().reason;
+  const auto short_walk = cut_cycles(body_of("35_01.amc"));  // both strikes near its ends
+  ASSERT_TRUE(short_walk) << short_walk.error().reason;
+  ASSERT_EQ(short_walk->trials.size(), 1u);
+  EXPECT_NEAR(short_walk->trials[0].duration_s, 1.12, 0.05);
   EXPECT_FALSE(cut_cycles(body_of("dataset-2_raise-up-both-hands_normal_001.bvh")));
   EXPECT_FALSE(cut_cycles(body_of("02_06.bvh")));
 

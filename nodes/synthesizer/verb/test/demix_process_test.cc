@@ -85,7 +85,7 @@ mocap::Clip recorded_walker() {
   return clip;
 }
 
-/// The clip as a BVH file in CMU's unit, y up.
+/// The clip as a BVH file in cm, y up.
 std::string bvh_text(const mocap::Clip& clip) {
   const auto in_file = [](const Eigen::Vector3d& v) {
     return Eigen::Vector3d(v.y(), v.z(), v.x());
@@ -93,7 +93,7 @@ std::string bvh_text(const mocap::Clip& clip) {
   const auto line = [](const Eigen::Vector3d& v) {
     return fmt::format("{} {} {} ", v.x(), v.y(), v.z());
   };
-  const double unit_m = mocap::bvh_unit_m(clip.skeleton);
+  const double unit_m = 0.01;
   const std::vector<mocap::Joint>& joints = clip.skeleton.joints;
   std::string text = "HIERARCHY\n";
   std::vector<int> order;
@@ -234,6 +234,27 @@ TEST_F(Demix, StylesAreNamedAndAveraged) {
   ASSERT_EQ(model.patterns.size(), 1U);
   EXPECT_EQ(model.patterns[0].trial.style, "calm");
   EXPECT_NEAR(model.patterns[0].trial.duration_s, 1.25, 1e-12);
+}
+
+TEST_F(Demix, TheMapThatIsPrintedCanBeEditedAndGiven) {
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(path(name)) << text;
+  };
+  const std::string walker = bvh_text(recorded_walker()), out = path("m.motion.json");
+  write("walker.bvh", walker);
+  ASSERT_EQ(run({path("walker.bvh"), "--print-map"}), 0) << errors_;
+  std::string map = output_;
+  EXPECT_NE(map.find("lknee: \"LeftLeg\""), std::string::npos) << map;
+  write("map.yaml", map);
+  ASSERT_EQ(run({path("walker.bvh"), "--map", path("map.yaml"), "-k", "2", "-o", out}), 0)
+      << errors_;
+  std::filesystem::remove(out);
+  const auto at = map.find("LeftLeg");
+  write("map.yaml", map.replace(at, 7, "Shin"));
+  refuses({path("walker.bvh"), "--map", path("map.yaml"), "-o", out},
+          "joint 'Shin' of the map (lknee), expected one that the file has");
+  refuses({path("walker.bvh"), "--unit-m", "1", "-o", out}, "--unit-m 1 the figure is 1");
+  refuses({path("walker.bvh")}, "--out is missing");
 }
 
 /// Checks a report on clips retargeted to the biped, and the model.
