@@ -261,6 +261,7 @@ class StreamReader {
     const auto [it, fresh] = known.try_emplace(record.id, record);
     if (!fresh && !(it->second == record)) {
       damage(offset_, fmt::format("id {} is defined a second time, differently", record.id));
+      if (data_end_ > 0) return true;  // a cut summary: the messages went by the first
       if (!redefined_) redefined_ = Damage{offset_, fmt::format("id {}", record.id)};
       it->second = record;
     }

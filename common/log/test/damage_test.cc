@@ -29,6 +29,17 @@ TEST(Damage, ZerosAfterAPowerCutAreNoMessages) {
   for (const Compression codec : kCodecs) blank_the_end({codec, kChunk, 500}, 60, 15);
 }
 
+TEST(Damage, OfACutSummaryNoDefinitionCounts) {
+  const std::string good = sample_log(20, Compression::none, kChunk);
+  const std::uint64_t summary = summarize(MemorySource(good))->start;
+  ASSERT_GT(summary, 0U);
+  for (std::size_t cut = summary + 1; cut < good.size(); ++cut) {
+    const Outcome outcome = read_indexed(good.substr(0, cut) + std::string(600, '\0'));
+    EXPECT_EQ(outcome.messages.size(), 20U) << "cut at " << cut << " of " << good.size();
+    EXPECT_FALSE(outcome.damages.empty());
+  }
+}
+
 TEST(Damage, OfACutChunkTheBeginningIsSavedAndSaidToBeUnchecked) {
   for (const Compression codec : kCodecs) {
     const std::string good = sample_log(20'000, codec, 1 << 20);
