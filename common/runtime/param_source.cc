@@ -350,9 +350,10 @@ void ParamReader::file(std::string_view key, std::string& value, std::string_vie
   const Found found = look_up(key);
   value = scalar(found, fmt::format("the file of: {}", kind)).value_or(value);
   if (found.yaml == nullptr || value.empty() || !in_models) return;
-  std::error_code ignored;
-  const fs::path beside = fs::path(found.yaml->place.file).parent_path() / value;
-  if (beside != value && fs::is_regular_file(beside, ignored)) value = beside.string();
+  const std::string& named_in = found.yaml->place.file;
+  const std::string& written = found.yaml->text;  // not what an argument of the launch says
+  if (named_in != kSet && (written.starts_with("./") || written.starts_with("../")))
+    value = (fs::path(named_in).parent_path() / value).lexically_normal().string();
   try {
     find_model_file(value);
   } catch (const ConfigError& e) {

@@ -24,7 +24,7 @@ class ParamVisitor {
   virtual void operator()(std::string_view key, std::string& value,
                           std::initializer_list<std::string_view> choices) = 0;
   /// A file or folder that the node reads; empty: none. `kind`, for people: "arm", "motion model".
-  /// With `in_models` it is beside the naming file, as given, or in models/; else the node looks.
+  /// With `in_models` it must exist: as given, in models/, or (./) beside the file with the name.
   virtual void file(std::string_view key, std::string& value, std::string_view /*kind*/,
                     bool /*in_models*/ = true) {
     (*this)(key, value);

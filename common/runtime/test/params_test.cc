@@ -182,9 +182,10 @@ TEST_F(Params, LoadParamsNamesThePlacesItSearched) {
   EXPECT_EQ(ball.radius_m, 0.7);
 }
 
-TEST_F(Params, AFileStandsBesideTheOneThatNamesIt) {
+TEST_F(Params, AFileWithADotStandsBesideTheOneThatNamesIt) {
   std::ofstream(folder_ + "/mine.yaml") << "a: 1\n";
-  std::ofstream(folder_ + "/node.yaml") << "robot: mine.yaml\narm: lwr4.yaml\n";
+  std::ofstream(folder_ + "/node.yaml") << "robot: ./mine.yaml\narm: lwr4.yaml\n";
+  std::ofstream(folder_ + "/lwr4.yaml") << "a: 1\n";
   std::string robot, arm;
   ParamSource(folder_ + "/node.yaml", {}, {}).read("node", [&](ParamVisitor& v) {
     v.file("robot", robot, "arm");

@@ -93,7 +93,7 @@ std::string machine_text(const NewOptions& o, const NewArm& arm) {
   std::string text = fmt::format(
       "# Drives of {}: put in those of your robot (docs/hardware); `mimesis hw check` looks at "
       "it.\n"
-      "robot: {}.yaml\nbuses: [{{can: \"embedded:{}\"}}]\njoints:\n",
+      "robot: ./{}.yaml\nbuses: [{{can: \"embedded:{}\"}}]\njoints:\n",
       o.name, o.name, o.name);
   int node_id = 0;
   for (const int l : arm.chain.joints)
@@ -116,17 +116,17 @@ nodes:
   drives:
     exec: mimesis_sim_drives
     if: ${{arg:sim}}
-    params: {{machine: {0}_machine.yaml}}
+    params: {{machine: ./{0}_machine.yaml}}
     stop: {{order: last}}
   bridge:
     exec: mimesis_bridge
-    params: {{machine: {0}_machine.yaml, hand: "", enable: auto}}
+    params: {{machine: ./{0}_machine.yaml, hand: "", enable: auto}}
     in: {{command: planner/command, hand_command: }}
     required: true
     stop: {{order: last}}
   planner:
     exec: mimesis_planner
-    params: {{robot: {0}.yaml, table: {0}_table.yaml, has_hand: false}}
+    params: {{robot: ./{0}.yaml, table: ./{0}_table.yaml, has_hand: false}}
     in: {{scene: , decision: , joint_states: bridge/joint_states, hand: }}
     required: true
   page:
