@@ -14,7 +14,7 @@ namespace {
 
 bool holds(const std::string& name, std::string_view part) {
   const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
-  return std::ranges::search(name, part, same).begin() != name.end();
+  return std::search(name.begin(), name.end(), part.begin(), part.end(), same) != name.end();
 }
 
 bool is_finger(const Link& link) {

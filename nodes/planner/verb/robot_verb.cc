@@ -53,6 +53,9 @@ NewArm look_at(const NewOptions& o) {
   for (const int l : arm.chain.joints) {
     const robot::Link& link = arm.tree.link(l);
     arm.slides |= link.type == robot::JointType::prismatic;
+    if (!(link.max_speed > 0.0) || std::isinf(link.max_speed))
+      throw ConfigError(fmt::format("{}: joint '{}' has no limit of velocity, expected one above 0",
+                                    o.urdf, link.joint));
     arm.acceleration.push_back(link.max_speed / o.speeds_up_s);
     if (o.home_rad.empty()) arm.home.push_back(std::min(std::max(0.0, link.lower), link.upper));
   }
@@ -193,9 +196,11 @@ int make(NewOptions o) {
   const auto began = std::chrono::steady_clock::now();
   try {
     covered = model::load_covered_arm(draft.string());
-  } catch (const ConfigError&) {
+  } catch (const ConfigError& e) {
     fs::remove(draft);
-    throw;
+    std::string what = e.what();
+    if (what.starts_with(draft.string())) what.replace(0, draft.string().size(), o.urdf);
+    throw ConfigError(what);
   }
   fs::remove(draft);
   const std::chrono::duration<double> fitted = std::chrono::steady_clock::now() - began;

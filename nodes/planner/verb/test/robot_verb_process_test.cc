@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 class RobotNew : public testing::VerbTest {
  protected:
   /// A base and five links, each on the one before; two fingers on the last, one follows the other.
-  fs::path urdf(const std::string& third = "") {
+  fs::path urdf(const std::string& third = "", const std::string& speed = "1.5") {
     const std::string shape =
         "<collision><origin xyz='0 0 0.1'/><geometry><cylinder radius='0.04' length='0.2'/>"
         "</geometry></collision>";
@@ -37,7 +37,7 @@ class RobotNew : public testing::VerbTest {
     for (int i = 0; i < 5; ++i)
       joint("revolute", "link " + std::to_string(i), "link " + std::to_string(i + 1),
             std::string("<axis xyz='") + (i % 2 == 0 ? "0 0 1" : "0 1 0") +
-                "'/><limit lower='-2' upper='2' velocity='1.5' effort='1'/>");
+                "'/><limit lower='-2' upper='2' velocity='" + speed + "' effort='1'/>");
     const std::string slides =
         "<axis xyz='0 1 0'/><limit lower='0.01' upper='0.04' velocity='1' effort='1'/>";
     joint("prismatic", "link 5", "left", slides);
@@ -102,8 +102,9 @@ TEST_F(RobotNew, LeavesNothingBehindWhereItRefuses) {
   };
   expect({urdf("<collision><geometry><mesh filename='no.stl'/></geometry></collision>")},
          "link 'link 3': mesh 'no.stl'");
+  expect({urdf("", "0")}, "my arm.urdf: joint 'to link 1' has no limit of velocity");
   expect({urdf(), "--tip", "hand"}, "'hand'");
-  expect({urdf(), "--home", "0,0"}, "expected 5 numbers in home_rad");
+  expect({urdf(), "--home", "0,0"}, "my arm.urdf: chain: expected 5 numbers in home_rad");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "the URDF alone";
   ASSERT_EQ(make({urdf()}), 0) << errors_;
   expect({urdf()}, "mine.yaml: is there already, expected a new --name, or --force");
