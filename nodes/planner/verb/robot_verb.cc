@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 struct NewOptions {
   std::string urdf, name, folder = ".", base, tip;
   std::vector<double> home_rad;
-  double speeds_up_s = 0.5;
+  double speeds_up_s = 0.5, fitted_m = 0.0;
   bool force = false;
 };
 
@@ -80,6 +80,7 @@ std::string arm_text(const NewOptions& o, const NewArm& arm) {
   if (!arm.chain.fixed.empty()) text += "  fixed:                    # where these joints stay\n";
   for (const auto& [joint, at] : arm.chain.fixed)
     text += fmt::format("    - {{joint: {}, at: {:.6g}}}\n", yaml_word(joint), at);
+  if (o.fitted_m > 0.0) text += fmt::format("  fitted_m: {:.6g}\n  most_balls: 48\n", o.fitted_m);
   if (arm.use_visual)
     text +=
         "  use_visual: true          # links without collision geometry are as they are drawn\n";
@@ -157,6 +158,29 @@ void write(const fs::path& file, const std::string& text) {
   if (!out) throw ConfigError(file.string() + ": cannot be written");
 }
 
+/// A line for each pair of groups whose balls touch so often that few postures are left.
+std::string crowded_text(const kin::ArmModel& arm) {
+  constexpr int kPostures = 256;
+  std::map<std::pair<int, int>, int> touching;
+  std::mt19937 draw(1);
+  for (int i = 0; i < kPostures; ++i) {
+    Eigen::VectorXd q = arm.q_min;
+    for (Eigen::Index j = 0; j < q.size(); ++j)
+      q[j] += (arm.q_max[j] - arm.q_min[j]) * static_cast<double>(draw()) / 4294967296.0;
+    for (const auto& pair : model::touching_groups(arm, q)) ++touching[pair];
+  }
+  std::string text;
+  for (const auto& [pair, times] : touching) {
+    if (times < kPostures / 4 || std::ranges::count(arm.self_pairs, pair) == 0) continue;
+    text += fmt::format(
+        "balls of {} and {} touch in {} % of all postures, which no plan can pass: --fitted-m 0.01 "
+        "fits finer ones\n",
+        arm.groups[static_cast<std::size_t>(pair.first)],
+        arm.groups[static_cast<std::size_t>(pair.second)], 100 * times / kPostures);
+  }
+  return text;
+}
+
 /// The arm's home if nothing touches there, else the middle of its limits, or a posture near it
 /// where nothing does.
 std::vector<double> choose_home(kin::ArmModel& arm) {
@@ -211,7 +235,7 @@ int make(NewOptions o) {
              covered.links.size(), fitted.count());
   for (const auto& [joint, at] : arm.chain.fixed)
     fmt::print("joint {} stays at {:.6g}\n", joint, at);
-  fmt::print("{}", touching_text(covered));
+  fmt::print("{}{}", touching_text(covered), crowded_text(covered.arm));
   for (const std::string& link : covered.arm.unchecked)
     fmt::print("of no known shape, checked against nothing: {}\n", link);
   if (arm.slides) {
@@ -247,6 +271,9 @@ void add_robot(CLI::App& program, int& exit_code) {
                   "Time to full speed: a URDF has no accelerations")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
+  sub->add_option("--fitted-m", o->fitted_m,
+                  "Balls reach out of the links by this at most [0.03]; 0.01 takes a minute")
+      ->check(CLI::Range(0.001, 1.0));
   sub->add_flag("--force", o->force, "Replaces files that are there");
   sub->footer(
       "Balls that cover the links are fitted once, and kept in the arm's file.\n"
