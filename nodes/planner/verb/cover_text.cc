@@ -60,7 +60,7 @@ std::string cover_text(const model::CoveredArm& covered) {
       text += fmt::format(
           "  - {{{}, group: {}, center_m: [{:.6f}, {:.6f}, {:.6f}], radius_m: {:.6f}}}\n", place,
           name(link.group), b.center.x(), b.center.y(), b.center.z(),
-          b.radius + 1e-6);  // what the digits leave out
+          std::max(b.radius + 1e-6, 1e-4));  // what the digits leave out; the file's least
     }
   }
   return text;

@@ -173,8 +173,8 @@ std::string crowded_text(const kin::ArmModel& arm) {
   for (const auto& [pair, times] : touching) {
     if (times < kPostures / 4 || std::ranges::count(arm.self_pairs, pair) == 0) continue;
     text += fmt::format(
-        "balls of {} and {} touch in {} % of all postures, which no plan can pass: --fitted-m 0.01 "
-        "fits finer ones\n",
+        "balls of {} and {} touch in {} % of all postures, which no plan can pass; a smaller "
+        "--fitted-m fits finer ones\n",
         arm.groups[static_cast<std::size_t>(pair.first)],
         arm.groups[static_cast<std::size_t>(pair.second)], 100 * times / kPostures);
   }
