@@ -431,7 +431,7 @@ class Builder {
     for (const LinkBalls& link : links)
       if (entry_.obstacle_groups.empty() && frame(link) > 0) arm.env_groups.push_back(link.group);
     if (!entry_.self_pairs.empty()) return;
-    const Eigen::MatrixXd postures = sampled(arm);
+    const Eigen::MatrixXd postures = sampled_postures(arm);
     std::vector<std::pair<int, int>> always = touching_groups(arm, arm.home);
     for (Eigen::Index p = 0; p < postures.cols() && !always.empty(); ++p) {
       const auto now = touching_groups(arm, postures.col(p));
@@ -448,19 +448,6 @@ class Builder {
         }
       }
     }
-  }
-
-  /// Postures within the limits; equal ones for equal arms.
-  static Eigen::MatrixXd sampled(const kin::ArmModel& arm) {
-    constexpr Eigen::Index kPostures = 256;
-    Eigen::MatrixXd q(arm.dof(), kPostures);
-    std::mt19937 draw(1);
-    for (Eigen::Index p = 0; p < kPostures; ++p) {
-      for (Eigen::Index j = 0; j < q.rows(); ++j)
-        q(j, p) = arm.q_min[j] +
-                  (arm.q_max[j] - arm.q_min[j]) * static_cast<double>(draw()) / 4294967296.0;
-    }
-    return q;
   }
 
   /// What moves and is checked against nothing would be proven by silence. Arms without any balls
@@ -535,6 +522,17 @@ CoveredArm build_arm(const std::string& file, const Use& use) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd sampled_postures(const kin::ArmModel& arm) {
+  Eigen::MatrixXd q(arm.dof(), 256);
+  std::mt19937 draw(1);
+  for (Eigen::Index p = 0; p < q.cols(); ++p) {
+    for (Eigen::Index j = 0; j < q.rows(); ++j)
+      q(j, p) =
+          arm.q_min[j] + (arm.q_max[j] - arm.q_min[j]) * static_cast<double>(draw()) / 4294967296.0;
+  }
+  return q;
+}
 
 std::vector<std::pair<int, int>> touching_groups(const kin::ArmModel& arm,
                                                  const Eigen::VectorXd& q) {

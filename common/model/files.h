@@ -80,6 +80,8 @@ struct CoveredArm {
   std::vector<std::pair<std::string, std::string>> always_touching;
 };
 
+/// 256 postures within the limits, one a column [rad] or [m]; equal ones for equal arms.
+Eigen::MatrixXd sampled_postures(const kin::ArmModel& arm);
 /// Groups of balls that are nearer than 5 mm at posture q, lesser index first; those of neighbours,
 /// whose frames one joint connects, are left out.
 std::vector<std::pair<int, int>> touching_groups(const kin::ArmModel& arm,

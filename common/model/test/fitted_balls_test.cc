@@ -96,6 +96,28 @@ class FittedBalls : public ::testing::Test {
   testing::TemporaryFolder folder_;
 };
 
+TEST_F(FittedBalls, TouchingAtHomeAloneIsNoReasonNotToCheck) {
+  const std::string board = "<collision><geometry><box size='0.3 0.3 0.9'/></geometry></collision>";
+  const CoveredArm covered = load_covered_arm(written(board));
+  const kin::ArmModel& arm = covered.arm;
+  const Eigen::MatrixXd postures = sampled_postures(arm);
+  std::string home;
+  std::pair<int, int> touching;
+  for (Eigen::Index p = 0; p < postures.cols() && home.empty(); ++p) {
+    for (const auto& pair : touching_groups(arm, postures.col(p))) {
+      if (std::ranges::count(arm.self_pairs, pair) == 0) continue;
+      touching = pair;
+      for (const double q : Eigen::VectorXd(postures.col(p)))
+        home += (home.empty() ? "" : ", ") + std::to_string(q);
+      break;
+    }
+  }
+  ASSERT_FALSE(home.empty());
+  const CoveredArm again = load_covered_arm(written(board, ", home_rad: [" + home + "]"));
+  EXPECT_EQ(again.arm.self_pairs, arm.self_pairs);
+  EXPECT_GT(std::ranges::count(again.arm.self_pairs, touching), 0);
+}
+
 TEST_F(FittedBalls, EveryLinkWithGeometryIsAGroupInItsPlace) {
   const CoveredArm covered = load_covered_arm(written(kRod));
   const kin::ArmModel& arm = covered.arm;

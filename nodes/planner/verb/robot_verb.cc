@@ -2,10 +2,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <random>
@@ -20,6 +22,11 @@ namespace mimesis::tool {
 namespace {
 
 namespace fs = std::filesystem;
+
+bool in_names(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+         c == '-';
+}
 
 struct NewOptions {
   std::string urdf, name, folder = ".", base, tip;
@@ -114,7 +121,12 @@ std::string launch_text(const NewOptions& o) {
 #   mimesis service call planner/do '{{"home": true}}'
 version: 1
 args:
-  sim: {{type: bool, default: true, help: "simulated drives, on the buses of the machine file"}}
+  sim:
+    type: bool
+    default: true
+    help: "simulated drives, on the buses of the machine file"
+    implies: {{enable: auto}}
+  enable: {{type: string, default: service, help: "what lets the arm move: service (mimesis service call bridge/enable), or auto"}}
   view: {{type: bool, default: true, help: "the page at http://localhost:8765"}}
 nodes:
   drives:
@@ -124,7 +136,7 @@ nodes:
     stop: {{order: last}}
   bridge:
     exec: mimesis_bridge
-    params: {{machine: ./{0}_machine.yaml, hand: "", enable: auto}}
+    params: {{machine: ./{0}_machine.yaml, hand: "", enable: "${{arg:enable}}"}}
     in: {{command: planner/command, hand_command: }}
     required: true
     stop: {{order: last}}
@@ -160,23 +172,20 @@ void write(const fs::path& file, const std::string& text) {
 
 /// A line for each pair of groups whose balls touch so often that few postures are left.
 std::string crowded_text(const kin::ArmModel& arm) {
-  constexpr int kPostures = 256;
+  const Eigen::MatrixXd postures = model::sampled_postures(arm);
+  const auto all = static_cast<int>(postures.cols());
   std::map<std::pair<int, int>, int> touching;
-  std::mt19937 draw(1);
-  for (int i = 0; i < kPostures; ++i) {
-    Eigen::VectorXd q = arm.q_min;
-    for (Eigen::Index j = 0; j < q.size(); ++j)
-      q[j] += (arm.q_max[j] - arm.q_min[j]) * static_cast<double>(draw()) / 4294967296.0;
-    for (const auto& pair : model::touching_groups(arm, q)) ++touching[pair];
+  for (int i = 0; i < all; ++i) {
+    for (const auto& pair : model::touching_groups(arm, postures.col(i))) ++touching[pair];
   }
   std::string text;
   for (const auto& [pair, times] : touching) {
-    if (times < kPostures / 4 || std::ranges::count(arm.self_pairs, pair) == 0) continue;
+    if (times < all / 4 || std::ranges::count(arm.self_pairs, pair) == 0) continue;
     text += fmt::format(
         "balls of {} and {} touch in {} % of all postures, which no plan can pass; a smaller "
         "--fitted-m fits finer ones\n",
         arm.groups[static_cast<std::size_t>(pair.first)],
-        arm.groups[static_cast<std::size_t>(pair.second)], 100 * times / kPostures);
+        arm.groups[static_cast<std::size_t>(pair.second)], 100 * times / all);
   }
   return text;
 }
@@ -205,7 +214,12 @@ std::vector<double> choose_home(kin::ArmModel& arm) {
 }
 
 int make(NewOptions o) {
-  if (o.name.empty()) o.name = fs::path(o.urdf).stem().string();
+  if (o.name.empty()) {
+    o.name = fs::path(o.urdf).stem().string();
+    std::ranges::replace_if(o.name, std::not_fn(in_names), '_');
+  }
+  if (!std::ranges::all_of(o.name, in_names))
+    throw ConfigError("--name " + o.name + ": expected letters, digits, _ and -");
   const std::string stem = (fs::path(o.folder) / o.name).string();
   const std::string file = stem + ".yaml", machine = stem + "_machine.yaml",
                     table = stem + "_table.yaml", launch = stem + ".launch.yaml";

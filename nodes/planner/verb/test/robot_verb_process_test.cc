@@ -1,8 +1,10 @@
 // `mimesis robot new`: from a URDF to an arm that moves in simulation, by the commands it names.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "common/model/files.h"
 #include "common/testing/process.h"
@@ -47,7 +49,8 @@ class RobotNew : public testing::VerbTest {
   }
   int make(std::vector<std::string> words) {
     words.insert(words.begin(), {"robot", "new"});
-    words.insert(words.end(), {"--out", folder_.path(), "--name", "mine"});
+    words.insert(words.end(), {"--out", folder_.path()});
+    if (std::ranges::count(words, "--name") == 0) words.insert(words.end(), {"--name", "mine"});
     return call(words);
   }
   std::string file() const { return folder_ / "mine.yaml"; }
@@ -65,6 +68,10 @@ TEST_F(RobotNew, AnArmMovesByTheThreeCommands) {
   EXPECT_TRUE(model::touching_groups(arm, arm.home).empty()) << "a plan can begin at home";
   EXPECT_TRUE(arm.unchecked.empty());
 
+  std::ostringstream text;
+  text << std::ifstream(folder_ / "mine.launch.yaml").rdbuf();
+  EXPECT_NE(text.str().find("enable: {type: string, default: service"), std::string::npos)
+      << "real drives wait for somebody who enables them";
   testing::TestGraph graph;
   testing::Process launch("mimesis", {"launch", folder_ / "mine.launch.yaml", "--graph",
                                       graph.name(), "--arg", "view=false"});
@@ -103,6 +110,7 @@ TEST_F(RobotNew, LeavesNothingBehindWhereItRefuses) {
   expect({urdf("<collision><geometry><mesh filename='no.stl'/></geometry></collision>")},
          "link 'link 3': mesh 'no.stl'");
   expect({urdf("", "0")}, "my arm.urdf: joint 'to link 1' has no limit of velocity");
+  expect({urdf(), "--name", "a b"}, "--name a b: expected letters, digits, _ and -");
   expect({urdf(), "--tip", "hand"}, "'hand'");
   expect({urdf(), "--home", "0,0"}, "my arm.urdf: chain: expected 5 numbers in home_rad");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "the URDF alone";
