@@ -112,7 +112,7 @@ TEST_F(Chain, MovesLikeItsUrdf) {
 }
 
 TEST_F(Chain, LimitsAreThoseOfTheJoints) {
-  const auto one = [this](std::string limits, const std::string& type) {
+  const auto one = [this](const std::string& limits, const std::string& type) {
     std::string turn = joint(1, type, "0 0 0.3", "0 0 0", "0 0 1");
     const std::string usual = "lower='-3' upper='2.5'";
     return load_arm(written(turn.replace(turn.find(usual), usual.size(), limits), 1, 1, ""));
