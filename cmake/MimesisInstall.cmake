@@ -10,7 +10,7 @@ install(DIRECTORY proto DESTINATION share/mimesis COMPONENT library FILES_MATCHI
 # Components of find_package(Mimesis), each a library Mimesis::NAME with a file of its own, so that one that was not asked for needs no
 # package. MimesisComponents.cmake says what each needs: components, packages, and modules of pkg-config as NAME=MODULE.
 set(components "")
-foreach(target mimesis_cover mimesis_error mimesis_image mimesis_kin mimesis_log mimesis_math mimesis_model mimesis_parallel
+foreach(target mimesis_convex mimesis_cover mimesis_error mimesis_image mimesis_kin mimesis_log mimesis_math mimesis_model mimesis_parallel
     mimesis_params mimesis_plot mimesis_proto mimesis_qp mimesis_rig_file mimesis_robot mimesis_runtime mimesis_shared_data mimesis_task
     mimesis_testing motion_capture motion_demix motion_mixture motion_model motion_retarget motion_skeleton)
   string(REGEX REPLACE "^mimesis_" "" name ${target})

@@ -93,6 +93,18 @@ Eigen::Isometry3d end_effector(const ArmModel& arm, const Eigen::Ref<const Eigen
   return X * arm.X_LE;
 }
 
+std::vector<SafetyPart> deciding_parts(const ArmModel& arm) {
+  std::vector<SafetyPart> parts = arm.parts;
+  for (const SafetyBall& ball : arm.balls) {
+    if (!ball.of_part)
+      parts.push_back({ball.frame,
+                       ball.group,
+                       {ball.center.transpose(), ball.radius},
+                       {{ball.center, ball.radius}}});
+  }
+  return parts;
+}
+
 Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(const ArmModel& arm,
                                                   const Eigen::Ref<const Eigen::VectorXd>& q) {
   std::vector<Eigen::Isometry3d> X;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/interrupt.h"
+#include "common/math/convex_part.h"
 
 namespace mimesis::kin {
 
@@ -33,6 +34,21 @@ struct SafetyBall {
   int group = 0;           ///< index into ArmModel::groups
   Eigen::Vector3d center;  ///< in that frame [m]
   double radius = 0.0;     ///< [m]
+  bool of_part = false;    ///< it covers some of a part: what it touches, the part may not
+};
+
+/// Convex part of a link, fixed in frame `frame` as a ball is.
+struct SafetyPart {
+  int frame = 0;
+  int group = 0;
+  math::ConvexPart shape;                 ///< in that frame
+  std::vector<math::RoundBound> cover{};  ///< balls that hold it, its own or those of its slices
+};
+
+/// The parts of a link, ArmModel::parts[begin .. end), and a hull around them.
+struct SafetyLink {
+  std::size_t begin = 0, end = 0;
+  math::ConvexPart hull{};
 };
 
 /// Serial arm with n joints; of those that slide, m takes the place of rad. Read from models/*.yaml
@@ -53,6 +69,9 @@ struct ArmModel {
   Eigen::VectorXd home;         ///< n [rad]
   std::vector<std::string> groups;  ///< names: base, upper, fore, hand
   std::vector<SafetyBall> balls;
+  /// Where balls of parts touch, these decide; the balls cover all of them.
+  std::vector<SafetyPart> parts;
+  std::vector<SafetyLink> part_links;           ///< of all parts
   std::vector<std::pair<int, int>> self_pairs;  ///< groups checked against each other
   std::vector<int> env_groups;                  ///< groups checked against obstacles
   std::vector<std::string> unchecked;  ///< links of no known shape: nothing is proven of them
@@ -67,6 +86,9 @@ void forward(const ArmModel& arm, const Eigen::Ref<const Eigen::VectorXd>& q,
 
 /// Pose of the end effector in W.
 Eigen::Isometry3d end_effector(const ArmModel& arm, const Eigen::Ref<const Eigen::VectorXd>& q);
+
+/// What decides: parts, and balls that are not of a part as parts of one point.
+std::vector<SafetyPart> deciding_parts(const ArmModel& arm);
 
 /// Geometric Jacobian of E in W, 6 × n: rows 0-2 linear [m/rad], 3-5 angular [rad/rad].
 Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(const ArmModel& arm,

@@ -8,7 +8,7 @@
 #include "common/error.h"
 #include "common/kin/arm.h"
 #include "common/model/files.h"
-#include "common/robot/cover_balls.h"
+#include "common/robot/convex_parts.h"
 #include "common/robot/robot_tree.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
@@ -65,7 +65,7 @@ struct ChainEntry {
   std::vector<std::string> without_geometry;  // of these nothing is checked, nor proven
   // One value per joint, which a URDF does not have; j_max and home may be left out.
   std::vector<double> a_max_rad_s2, j_max_rad_s3, home_rad;
-  robot::CoverSettings cover;  // of balls fitted to its geometry
+  robot::PartSettings fit;  // of parts fitted to its geometry
 
   void visit(ParamVisitor& v) {
     v("urdf", urdf);
@@ -77,16 +77,32 @@ struct ChainEntry {
     list(v, "fixed", fixed);
     v("use_visual", use_visual);
     v("without_geometry", without_geometry);
-    v("fitted_m", cover.tolerance_m, kLeastFit_m, 1.0);
-    v("most_balls", cover.most_balls, 1, 200);
+    v("fitted_m", fit.tolerance_m, kLeastFit_m, 1.0);
+    v("most_parts", fit.most_parts, 1, 200);
   }
 };
 
 struct BallEntry {
   int frame = 0;
   std::string link, group;  // link: of the chain's URDF, instead of a frame
-  double fitted_m = 0.0;  // not 0: as many balls as cover the link's geometry, with this tolerance
   std::vector<double> center_m;
+  double radius_m = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("frame", frame, 0, 100);
+    v("link", link);
+    v("group", group);
+    v("center_m", center_m, -10.0, 10.0, 3);
+    v("radius_m", radius_m, 1e-4, 1.0);
+  }
+};
+
+/// Convex part: the hull of points, rounded.
+struct PartEntry {
+  int frame = 0;
+  std::string link, group;
+  double fitted_m = 0.0;  // not 0: the parts that the link's geometry needs, with this tolerance
+  std::vector<double> points_m;  // x y z, x y z, ...
   double radius_m = 0.0;
 
   void visit(ParamVisitor& v) {
@@ -95,8 +111,8 @@ struct BallEntry {
     v("group", group);
     v("fitted_m", fitted_m, 0.0, 1.0);
     if (fitted_m > 0.0) return;
-    v("center_m", center_m, -10.0, 10.0, 3);
-    v("radius_m", radius_m, 1e-4, 1.0);
+    v("points_m", points_m, -10.0, 10.0, 0);
+    v("radius_m", radius_m, 0.0, 1.0);
   }
 };
 
@@ -119,6 +135,7 @@ struct ArmFile {
   std::vector<std::string> obstacle_groups;
   std::vector<PairEntry> self_pairs;
   std::vector<BallEntry> balls;
+  std::vector<PartEntry> parts;
 
   void visit(ParamVisitor& v) {
     v("name", arm.name);
@@ -136,6 +153,7 @@ struct ArmFile {
     v("obstacle_groups", obstacle_groups);
     list(v, "self_pairs", self_pairs);
     list(v, "balls", balls);
+    list(v, "parts", parts);
   }
 };
 
@@ -163,8 +181,10 @@ class Builder {
     if (entry_.joints.empty() == entry_.chain.urdf.empty())
       fail("joints", "there is none, expected joints, or a chain of a URDF");
     entry_.joints.empty() ? add_chain(arm) : add_joints(arm);
-    const bool all_fitted = entry_.balls.empty() && !entry_.chain.urdf.empty();
-    all_fitted ? fit_all(arm) : add_balls(arm);
+    const bool all_fitted =
+        entry_.balls.empty() && entry_.parts.empty() && !entry_.chain.urdf.empty();
+    all_fitted ? fit_all(arm) : add_given(arm);
+    add_hulls(arm);
     for (const std::string& group : entry_.obstacle_groups) {
       arm.env_groups.push_back(group_index(arm, "obstacle_groups", group));
     }
@@ -175,14 +195,18 @@ class Builder {
     if (all_fitted) add_default_checks(arm);
     require_checks(arm);
     out_.arm = std::move(arm);
+    out_.urdf = urdf_;
+    out_.base = entry_.chain.base;
+    out_.tip = entry_.chain.tip;
+    out_.use_visual = entry_.chain.use_visual;
     return std::move(out_);
   }
 
-  /// Afterwards: compares the balls of each link with its geometry.
+  /// Afterwards: compares the shape of each link with its geometry.
   void compare(CoveredArm& covered) {
-    for (LinkBalls& link : covered.links) {
+    for (CoveredLink& link : covered.links) {
       const auto& solids = solids_of(link.link);
-      if (!solids.empty()) link.over = robot::over_coverage(solids, link.balls);
+      if (!solids.empty()) link.over = robot::over_coverage(solids, link.parts);
     }
   }
 
@@ -363,73 +387,110 @@ class Builder {
   }
 
   void add(kin::ArmModel& arm, const std::string& link, const LinkPlace& where, int group,
-           bool fitted, const std::vector<robot::CoverBall>& balls) {
+           bool fitted, std::vector<math::ConvexPart> parts) {
     const bool more = !out_.links.empty() && out_.links.back().link == link &&
                       out_.links.back().group == group && out_.links.back().fitted == fitted;
     if (!more)
-      out_.links.push_back(
-          {.link = link, .group = group, .begin = arm.balls.size(), .fitted = fitted});
-    for (const robot::CoverBall& ball : balls) {
-      arm.balls.push_back({.frame = where.frame,
-                           .group = group,
-                           .center = where.X_FL * ball.center,
-                           .radius = ball.radius});
-      out_.links.back().balls.push_back(ball);
+      out_.links.push_back({.link = link, .group = group, .frame = where.frame, .fitted = fitted});
+    for (math::ConvexPart& part : parts) {
+      const bool is_ball = part.points.rows() == 1;
+      if (is_ball) {
+        arm.balls.push_back(
+            {where.frame, group, where.X_FL * part.points.row(0).transpose(), part.radius});
+      } else {
+        kin::SafetyPart safety{where.frame, group, part, robot::balls_around(part)};
+        safety.shape.points =
+            ((where.X_FL.linear() * part.points.transpose()).colwise() + where.X_FL.translation())
+                .transpose();
+        for (math::RoundBound& ball : safety.cover) {
+          ball.center = where.X_FL * ball.center;
+          arm.balls.push_back({where.frame, group, ball.center, ball.radius, true});
+        }
+        arm.parts.push_back(std::move(safety));
+      }
+      out_.links.back().parts.push_back(std::move(part));
     }
-    out_.links.back().end = arm.balls.size();
   }
 
-  void add_balls(kin::ArmModel& arm) {
+  /// Around the parts of each link: those of one frame and group that follow each other.
+  static void add_hulls(kin::ArmModel& arm) {
+    constexpr double kSlack_m = 0.002;
+    for (std::size_t begin = 0, end = 0; begin < arm.parts.size(); begin = end) {
+      const kin::SafetyPart& first = arm.parts[begin];
+      std::vector<math::ConvexPart> shapes;
+      for (; end < arm.parts.size() && arm.parts[end].frame == first.frame &&
+             arm.parts[end].group == first.group;
+           ++end)
+        shapes.push_back(arm.parts[end].shape);
+      arm.part_links.push_back(
+          {begin, end, shapes.size() == 1 ? shapes.front() : robot::hull_around(shapes, kSlack_m)});
+    }
+  }
+
+  /// The link that an entry of a list names, or its frame.
+  template <class Entry>
+  std::pair<std::string, LinkPlace> place_of(const kin::ArmModel& arm, const std::string& key,
+                                             const Entry& entry) const {
+    if (entry.frame > arm.dof()) fail(key, "frame is above the number of joints");
+    if (entry.link.empty() && links_.empty())
+      return {"frame " + std::to_string(entry.frame), {.frame = entry.frame}};
+    const auto found = links_.find(entry.link);
+    if (found == links_.end()) fail(key, "no link '" + entry.link + "' in the chain of joints");
+    return *found;
+  }
+
+  void add_given(kin::ArmModel& arm) {
     for (std::size_t i = 0; i < entry_.balls.size(); ++i) {
       const BallEntry& ball = entry_.balls[i];
       const std::string key = "balls[" + std::to_string(i) + "]";
-      if (ball.frame > arm.dof()) fail(key, "frame is above the number of joints");
-      LinkPlace where{.frame = ball.frame};
-      std::string link = ball.link;
-      if (!ball.link.empty() || !links_.empty()) {
-        const auto found = links_.find(ball.link);
-        if (found == links_.end()) fail(key, "no link '" + ball.link + "' in the chain of joints");
-        where = found->second;
-      } else {
-        link = "frame " + std::to_string(ball.frame);
-      }
-      const int group = group_index(arm, key, ball.group);
-      if (ball.fitted_m == 0.0) {
-        const robot::CoverBall own{Eigen::Vector3d::Map(ball.center_m.data()), ball.radius_m};
-        add(arm, link, where, group, false, {own});
+      const auto [link, where] = place_of(arm, key, ball);
+      add(arm, link, where, group_index(arm, key, ball.group), false,
+          {{Eigen::RowVector3d::Map(ball.center_m.data()), ball.radius_m}});
+    }
+    for (std::size_t i = 0; i < entry_.parts.size(); ++i) {
+      const PartEntry& part = entry_.parts[i];
+      const std::string key = "parts[" + std::to_string(i) + "]";
+      const auto [link, where] = place_of(arm, key, part);
+      const int group = group_index(arm, key, part.group);
+      if (part.fitted_m == 0.0) {
+        const auto numbers = std::ssize(part.points_m);
+        if (numbers == 0 || numbers % 3 != 0)
+          fail(key, std::to_string(numbers) + " numbers in points_m, expected x y z of each point");
+        using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+        add(arm, link, where, group, false,
+            {{Rows::Map(part.points_m.data(), numbers / 3, 3), part.radius_m}});
         continue;
       }
       const auto& solids = solids_of(link);
       if (solids.empty())
-        fail(key, "link '" + link + "' has no collision geometry that balls could be fitted to");
-      if (ball.fitted_m < kLeastFit_m) fail(key, "fitted_m, expected 0.001 .. 1");
+        fail(key, "link '" + link + "' has no collision geometry that parts could be fitted to");
+      if (part.fitted_m < kLeastFit_m) fail(key, "fitted_m, expected 0.001 .. 1");
       add(arm, link, where, group, true,
-          robot::cover_balls(solids, {ball.fitted_m, entry_.chain.cover.most_balls}));
+          robot::convex_parts(solids, {part.fitted_m, entry_.chain.fit.most_parts}));
     }
   }
 
-  /// Nothing is given: every link with geometry gets its own balls, and is a group.
+  /// Nothing is given: every link with geometry gets its own parts, and is a group.
   void fit_all(kin::ArmModel& arm) {
     if (!arm.groups.empty())
-      fail("groups", "without balls each link is a group of its name, expected no groups");
+      fail("groups", "without balls or parts each link is a group of its name, expected no groups");
     for (const std::string& link : order_) {
       const auto& solids = solids_of(link);
       if (solids.empty()) continue;
       arm.groups.push_back(link);
       add(arm, link, links_.at(link), static_cast<int>(arm.groups.size()) - 1, true,
-          robot::cover_balls(solids, entry_.chain.cover));
+          robot::convex_parts(solids, entry_.chain.fit));
     }
     if (arm.balls.empty())
-      fail("balls", "there is none, and no link of the chain has collision geometry");
+      fail("parts", "there is none, and no link of the chain has collision geometry");
   }
 
   /// Checks of fitted links: all that move against obstacles, and all pairs that no single joint
-  /// joins, but those whose balls touch in every posture.
+  /// joins, but those that touch in every posture.
   void add_default_checks(kin::ArmModel& arm) {
-    const std::vector<LinkBalls>& links = out_.links;
-    const auto frame = [&arm](const LinkBalls& link) { return arm.balls[link.begin].frame; };
-    for (const LinkBalls& link : links)
-      if (entry_.obstacle_groups.empty() && frame(link) > 0) arm.env_groups.push_back(link.group);
+    const std::vector<CoveredLink>& links = out_.links;
+    for (const CoveredLink& link : links)
+      if (entry_.obstacle_groups.empty() && link.frame > 0) arm.env_groups.push_back(link.group);
     if (!entry_.self_pairs.empty()) return;
     const Eigen::MatrixXd postures = sampled_postures(arm);
     std::vector<std::pair<int, int>> always = touching_groups(arm, arm.home);
@@ -437,9 +498,9 @@ class Builder {
       const auto now = touching_groups(arm, postures.col(p));
       std::erase_if(always, [&](const auto& pair) { return std::ranges::count(now, pair) == 0; });
     }
-    for (const LinkBalls& a : links) {
-      for (const LinkBalls& b : links) {
-        if (a.begin >= b.begin || std::abs(frame(a) - frame(b)) < 2) continue;
+    for (const CoveredLink& a : links) {
+      for (const CoveredLink& b : links) {
+        if (&a >= &b || std::abs(a.frame - b.frame) < 2) continue;
         const std::pair pair(a.group, b.group);
         if (std::ranges::count(always, pair) > 0) {
           out_.always_touching.emplace_back(a.link, b.link);
@@ -482,15 +543,15 @@ class Builder {
         fail("chain", name + "moves on joint '" + joint + "' beside the chain, expected {joint: " +
                           joint + ", at: ...} in fixed, or " + excuse);
       if (has.collision)
-        fail("balls", "none is on " + name + "though it has geometry, expected some, or " + excuse);
+        fail("parts", "none is on " + name + "though it has geometry, expected some, or " + excuse);
       fail("chain", name + "moves, and has " +
                         (has.visual ? "visual, but no collision geometry: expected use_visual: "
-                                      "true, balls on it, or "
-                                    : "mass, but no geometry: expected balls on it, or ") +
+                                      "true, parts on it, or "
+                                    : "mass, but no geometry: expected parts on it, or ") +
                         excuse);
     };
     for (const std::string& link : order_) {
-      const bool covered = std::ranges::count(out_.links, link, &LinkBalls::link) > 0;
+      const bool covered = std::ranges::count(out_.links, link, &CoveredLink::link) > 0;
       if (links_.at(link).frame > 0 && !covered) require(link, "");
     }
     for (const auto& [link, joint] : loose_) require(link, joint);
@@ -536,19 +597,23 @@ Eigen::MatrixXd sampled_postures(const kin::ArmModel& arm) {
 
 std::vector<std::pair<int, int>> touching_groups(const kin::ArmModel& arm,
                                                  const Eigen::VectorXd& q) {
-  constexpr double kNear_m = 0.005;
+  constexpr double kNear_m = 0.003;
+  const std::vector<kin::SafetyPart> parts = kin::deciding_parts(arm);
   std::vector<Eigen::Isometry3d> X;
-  Eigen::Matrix3Xd centers;
   kin::forward(arm, q, X);
-  kin::ball_centers(arm, X, centers);
   std::set<std::pair<int, int>> touching;
-  for (std::size_t i = 0; i < arm.balls.size(); ++i) {
-    for (std::size_t k = i + 1; k < arm.balls.size(); ++k) {
-      const kin::SafetyBall &a = arm.balls[i], &b = arm.balls[k];
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    for (std::size_t k = i + 1; k < parts.size(); ++k) {
+      const kin::SafetyPart &a = parts[i], &b = parts[k];
       if (std::abs(a.frame - b.frame) < 2 || a.group == b.group) continue;
-      const auto between =
-          centers.col(static_cast<Eigen::Index>(i)) - centers.col(static_cast<Eigen::Index>(k));
-      if (between.norm() - a.radius - b.radius < kNear_m)
+      const Eigen::Isometry3d X_AB =
+          X[static_cast<std::size_t>(a.frame)].inverse() * X[static_cast<std::size_t>(b.frame)];
+      const math::RoundBound &round_a = a.cover.front(), &round_b = b.cover.front();
+      if (a.cover.size() == 1 && b.cover.size() == 1 &&
+          (round_a.center - X_AB * round_b.center).norm() - round_a.radius - round_b.radius >=
+              kNear_m)
+        continue;
+      if (math::gap_between(a.shape, b.shape, X_AB, kNear_m, kNear_m).at_least < kNear_m)
         touching.insert(std::minmax(a.group, b.group));
     }
   }
@@ -562,12 +627,15 @@ kin::ArmModel load_arm(const std::string& file) {
 kin::ArmModel load_checked_arm(const std::string& file) {
   kin::ArmModel arm = load_arm(file);
   if (arm.balls.empty())
-    throw ConfigError(file + ": balls: there is none, expected some on every part that moves");
+    throw ConfigError(file +
+                      ": balls: there is none, nor parts, expected some on every link that moves");
   return arm;
 }
 
-CoveredArm load_covered_arm(const std::string& file) {
-  return build_arm(file, [](Builder& builder, CoveredArm& arm) { builder.compare(arm); });
+CoveredArm load_covered_arm(const std::string& file, bool compare) {
+  return build_arm(file, [compare](Builder& builder, CoveredArm& arm) {
+    if (compare) builder.compare(arm);
+  });
 }
 
 }  // namespace mimesis::model

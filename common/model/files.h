@@ -7,7 +7,7 @@
 #include "common/kin/arm.h"
 #include "common/kin/table.h"
 #include "common/robot/biped.h"
-#include "common/robot/cover_balls.h"
+#include "common/robot/convex_parts.h"
 #include "proto/scene.pb.h"
 
 namespace mimesis::model {
@@ -15,7 +15,7 @@ namespace mimesis::model {
 /// Reads an arm (models/lwr4.yaml). @throws ConfigError "file:line:col: ..." (see
 /// runtime::load_params).
 kin::ArmModel load_arm(const std::string& file);
-/// The same for who judges collisions: an arm without safety balls is refused, too.
+/// The same for who judges collisions: an arm without any shape is refused, too.
 kin::ArmModel load_checked_arm(const std::string& file);
 
 /// Reads a biped (models/biped.yaml). Its `urdf` is a path from the file's folder, or
@@ -63,31 +63,33 @@ inline constexpr double kLeastRate_hz = 10.0, kMostRate_hz = 1000.0;  ///< of co
 /// Path of the URDF `urdf_name` that the file `path` names. @throws ConfigError if there is none
 std::string urdf_of(const std::string& path, const std::string& urdf_name);
 
-/// Safety balls of an arm's link in one group: arm.balls[begin .. end).
-struct LinkBalls {
+/// What decides of an arm's link in one group.
+struct CoveredLink {
   std::string link;  ///< of the URDF; "frame 3" of an arm without
-  int group = 0;
-  std::size_t begin = 0, end = 0;
-  bool fitted = false;                        ///< else they are the file's own
-  std::vector<robot::CoverBall> balls{};      ///< in the link's frame
+  int group = 0, frame = 0;
+  bool fitted = false;                        ///< else it is the file's own
+  std::vector<math::ConvexPart> parts{};      ///< in the link's frame; of one point: balls
   std::optional<robot::OverCoverage> over{};  ///< if the link has collision geometry
 };
 
 struct CoveredArm {
   kin::ArmModel arm;
-  std::vector<LinkBalls> links;
-  /// Fitted links that are not checked against each other, as their balls touch in every posture.
+  std::vector<CoveredLink> links;
+  /// Fitted links that are not checked against each other, as they touch in every posture.
   std::vector<std::pair<std::string, std::string>> always_touching;
+  std::string urdf{}, base{}, tip{};  ///< of its chain: file and links; empty: none
+  bool use_visual = false;            ///< links without collision geometry are as they are drawn
 };
 
 /// 256 postures within the limits, one a column [rad] or [m]; equal ones for equal arms.
 Eigen::MatrixXd sampled_postures(const kin::ArmModel& arm);
-/// Groups of balls that are nearer than 5 mm at posture q, lesser index first; those of neighbours,
-/// whose frames one joint connects, are left out.
+/// Groups that are nearer than 3 mm at posture q, lesser index first; those of neighbours, whose
+/// frames one joint connects, are left out.
 std::vector<std::pair<int, int>> touching_groups(const kin::ArmModel& arm,
                                                  const Eigen::VectorXd& q);
 
-/// Reads an arm as load_arm does, and compares its balls with the geometry of its URDF.
-CoveredArm load_covered_arm(const std::string& file);
+/// Reads an arm as load_arm does.
+/// @param compare  its shape with the geometry of its URDF: CoveredLink::over
+CoveredArm load_covered_arm(const std::string& file, bool compare = true);
 
 }  // namespace mimesis::model

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "common/error.h"
-#include "common/robot/cover_balls.h"
+#include "common/robot/solids.h"
 #include "common/robot/urdf_model.h"
 
 namespace mimesis::robot {

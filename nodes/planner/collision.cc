@@ -200,6 +200,28 @@ struct Fan {
   }
 };
 
+/// The postures of all stops are between these.
+std::pair<Eigen::VectorXd, Eigen::VectorXd> reach_of(const Stops& s) {
+  Eigen::VectorXd lo = s.q0.cwiseMin(s.q1), hi = s.q0.cwiseMax(s.q1);
+  const double late_s = std::max(s.delay_s, s.alone_s);
+  for (const Eigen::VectorXd* q : {&s.q0, &s.q1}) {
+    for (const Eigen::VectorXd* v : {&s.v0, &s.v1}) {
+      const Eigen::VectorXd end =
+          *q + late_s * *v + 0.5 * v->cwiseProduct(v->cwiseAbs()).cwiseQuotient(s.a);
+      lo = lo.cwiseMin(end);
+      hi = hi.cwiseMax(end);
+    }
+  }
+  double bow = s.bow_rad;
+  if (s.before0.size() > 0) {
+    lo = lo.cwiseMin(s.before0).cwiseMin(s.before1);
+    hi = hi.cwiseMax(s.before0).cwiseMax(s.before1);
+    bow += s.before_bow_rad;
+  }
+  constexpr double kRounding = 1e-6;  // of single precision, that parts are asked in
+  return {lo.array() - bow - kRounding, hi.array() + bow + kRounding};
+}
+
 }  // namespace
 
 std::string in_mm(const Eigen::Vector3d& p) {
@@ -215,9 +237,22 @@ CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& ob
                                    double margin_m, Interrupt interrupt)
     : arm_(arm),
       obstacles_(obstacles),
+      margin_(margin_m),
       batch_(arm, obstacles, margin_m),
-      interrupt_(std::move(interrupt)) {
+      interrupt_(std::move(interrupt)),
+      q_(arm.dof()),
+      deviation_(arm.dof()) {
+  if (!arm.parts.empty()) parts_.emplace(arm, obstacles, margin_m);
   line_parts_.reserve(8 * kLanes);
+}
+
+PartChecker::Verdict CollisionChecker::judge_parts(int lane, bool motion) {
+  for (Eigen::Index j = 0; j < q_.size(); ++j) {
+    q_[j] = static_cast<double>(lanes_.q[static_cast<std::size_t>(j)][lane]);
+    deviation_[j] =
+        motion ? static_cast<double>(lanes_.deviation[static_cast<std::size_t>(j)][lane]) : 0.0;
+  }
+  return parts_->judge(q_, deviation_);
 }
 
 bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
@@ -225,7 +260,8 @@ bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
   for (Eigen::Index j = 0; j < q.size(); ++j)
     lanes_.q[static_cast<std::size_t>(j)] = static_cast<float>(q[j]) - Lanes{};
   ++postures_;
-  return batch_.judge(lanes_).touches == 0;
+  return batch_.judge(lanes_).touches == 0 ||
+         (parts_ && judge_parts(0, false) == PartChecker::Verdict::free);
 }
 
 std::vector<char> CollisionChecker::free_columns(
@@ -239,7 +275,9 @@ std::vector<char> CollisionChecker::free_columns(
     }
     const std::uint32_t touches = batch_.judge(lanes_).touches;
     for (int lane = 0; lane < kLanes && first + lane < postures.cols(); ++lane)
-      free[static_cast<std::size_t>(first + lane)] = (touches >> lane & 1u) == 0;
+      free[static_cast<std::size_t>(first + lane)] =
+          (touches >> lane & 1u) == 0 ||
+          (parts_ && judge_parts(lane, false) == PartChecker::Verdict::free);
     postures_ += std::min<Eigen::Index>(kLanes, postures.cols() - first);
   }
   return free;
@@ -248,8 +286,8 @@ std::vector<char> CollisionChecker::free_columns(
 /// Judges the open parts, first in, first out, until all are proven free, or one touches or cannot
 /// be decided.
 template <class Motion>
-bool CollisionChecker::certify_parts(const Motion& motion, std::vector<typename Motion::Part>& open,
-                                     long most) {
+bool CollisionChecker::certify_family(const Motion& motion,
+                                      std::vector<typename Motion::Part>& open, long most) {
   for (std::size_t next = 0; next < open.size();) {
     if (interrupt_.now()) return false;
     const std::size_t count = std::min<std::size_t>(kLanes, open.size() - next);
@@ -258,11 +296,17 @@ bool CollisionChecker::certify_parts(const Motion& motion, std::vector<typename 
     postures_ += static_cast<long>(count);
     most -= static_cast<long>(count);
     const auto verdicts = (batch_.*Motion::kJudge)(lanes_);
-    if (verdicts.touches != 0 || (verdicts.near != 0 && most <= 0)) return false;
+    const bool touches = verdicts.touches != 0;  // then not all lanes were looked at
+    if ((touches && !parts_) || ((touches || verdicts.near != 0) && most <= 0)) return false;
     for (std::size_t lane = 0; lane < count; ++lane, ++next) {
-      if ((verdicts.near >> lane & 1u) == 0) continue;
-      const auto halves = motion.halves(open[next]);
-      if (!halves) return false;
+      if (!touches && (verdicts.near >> lane & 1u) == 0) continue;
+      auto verdict = PartChecker::Verdict::near;
+      const auto ask_parts = [&] { verdict = judge_parts(static_cast<int>(lane), true); };
+      if (touches) ask_parts();
+      auto halves = motion.halves(open[next]);
+      if (!touches && !halves && parts_) ask_parts();
+      if (verdict == PartChecker::Verdict::free) continue;
+      if (verdict == PartChecker::Verdict::touches || !halves) return false;
       open.insert(open.end(), halves->begin(), halves->end());
     }
   }
@@ -275,7 +319,7 @@ bool CollisionChecker::certify(const Eigen::Ref<const Eigen::VectorXd>& a,
   for (int i = 0; i < kLanes; ++i)
     line_parts_.push_back({(static_cast<float>(i) + 0.5f) / kLanes, 0.5f / kLanes});
   const Line line{a, b, static_cast<float>((b - a).cwiseAbs().maxCoeff())};
-  return certify_parts(line, line_parts_, kUnlimited);
+  return certify_family(line, line_parts_, kUnlimited);
 }
 
 bool CollisionChecker::seems_free(const Eigen::Ref<const Eigen::VectorXd>& a,
@@ -287,12 +331,16 @@ bool CollisionChecker::seems_free(const Eigen::Ref<const Eigen::VectorXd>& a,
         from + way / kLanes * Lanes{1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f, 8.0f};
   }
   postures_ += kLanes;
-  return !batch_.any_touches(lanes_);
+  if (!batch_.any_touches(lanes_)) return true;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!parts_ || judge_parts(lane, false) != PartChecker::Verdict::free) return false;
+  }
+  return true;
 }
 
 bool CollisionChecker::certify_curve(const Eigen::MatrixXd& control_points) {
   std::vector<Eigen::MatrixXd> open{control_points};
-  return certify_parts(Curve{}, open, kUnlimited);
+  return certify_family(Curve{}, open, kUnlimited);
 }
 
 bool CollisionChecker::certify_stops(const Stops& given) {
@@ -303,72 +351,22 @@ bool CollisionChecker::certify_stops(const Stops& given) {
     stops.delay_s = 0.0;
   }
   const Fan all{stops, batch_.levers()}, one{given, batch_.levers()};
+  if (parts_) {
+    const auto [lo, hi] = reach_of(given);
+    parts_->expect(lo, hi);
+  }
+  const long share = parts_ ? 8 : 1;  // what parts decide takes longer
   std::vector<Fan::Part> open{all.whole(-1)};
-  if (!certify_parts(all, open, kPosturesPerStops)) return false;
+  if (!certify_family(all, open, kPosturesPerStops / share)) return false;
   if (given.before0.size() == 0) return true;
   open.clear();
   for (Eigen::Index j = 0; j < given.a.size(); ++j) open.push_back(one.whole(j));
-  return certify_parts(one, open, kPosturesPerStopsAlone);
+  return certify_family(one, open, kPosturesPerStopsAlone / share);
 }
 
 std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eigen::VectorXd>& q) {
   if (free(q)) return std::nullopt;
-  // The pair that is deepest in each other.
-  struct Ball {
-    Eigen::Vector3d p;
-    double r;
-    int group;
-    bool held;
-    std::string name;
-  };
-  std::vector<Eigen::Isometry3d> X_WF;
-  kin::forward(arm_, q, X_WF);
-  std::vector<Ball> balls;
-  for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
-    const auto& b = arm_.balls[i];
-    balls.push_back({X_WF[static_cast<std::size_t>(b.frame)] * b.center, b.radius, b.group, false,
-                     "ball " + std::to_string(i) + " (" +
-                         arm_.groups[static_cast<std::size_t>(b.group)] + ")"});
-  }
-  const int hand = balls.empty() ? 0 : balls.back().group;
-  for (const auto& b : obstacles_.held) {
-    balls.push_back(
-        {X_WF.back() * (arm_.X_LE * b.center), b.radius, hand, true, "the held object"});
-  }
-  double least = std::numeric_limits<double>::infinity();
-  std::string words;
-  const auto consider = [&](double gap, const auto& text) {
-    if (gap >= least) return;
-    least = gap;
-    words = text();
-  };
-  const auto outside = [](const Eigen::Vector3d& p, const kin::Box& box) {
-    return ((p - box.center).cwiseAbs() - box.half_extent).cwiseMax(0.0).norm();
-  };
-  for (const Ball& ball : balls) {
-    const bool env = ball.held || std::find(arm_.env_groups.begin(), arm_.env_groups.end(),
-                                            ball.group) != arm_.env_groups.end();
-    const auto box_text = [&](const kin::Box& box) {
-      return [&] { return ball.name + " touches " + in_words(box); };
-    };
-    for (const auto& o : obstacles_.balls) {
-      if (env)
-        consider((ball.p - o.center).norm() - ball.r - o.radius,
-                 [&] { return ball.name + " touches the obstacle ball at " + in_mm(o.center); });
-    }
-    for (const auto& box : obstacles_.boxes)
-      if (env) consider(outside(ball.p, box) - ball.r, box_text(box));
-    for (const auto& box : obstacles_.supports)
-      if (env && !ball.held) consider(outside(ball.p, box) - ball.r, box_text(box));
-    for (const Ball& other : balls) {
-      if (std::find(arm_.self_pairs.begin(), arm_.self_pairs.end(),
-                    std::pair(ball.group, other.group)) == arm_.self_pairs.end())
-        continue;
-      consider((ball.p - other.p).norm() - ball.r - other.r,
-               [&] { return ball.name + " touches " + other.name; });
-    }
-  }
-  return words;
+  return PartChecker(arm_, obstacles_, margin_).nearest(q);
 }
 
 }  // namespace mimesis::planner

@@ -5,6 +5,7 @@
 
 #include "common/interrupt.h"
 #include "nodes/planner/batch_checker.h"
+#include "nodes/planner/part_checker.h"
 
 namespace mimesis::planner {
 
@@ -34,7 +35,8 @@ struct Stops {
 };
 
 /// Safety balls of an arm against obstacles and against itself [M18 2.3.2], for postures and for
-/// whole motions. Two things touch if they are nearer than `margin_m`.
+/// whole motions; where balls of convex parts touch, the parts decide. Two things touch if they are
+/// nearer than `margin_m`.
 ///
 /// Motions are certified, not sampled: a part of the motion whose joints stay within ±δⱼ of a
 /// middle posture is free if BatchChecker proves it; else it is divided. Parts are judged kLanes at
@@ -52,7 +54,7 @@ class CollisionChecker {
   bool free(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// The same of every column.
   std::vector<char> free_columns(const Eigen::Ref<const Eigen::MatrixXd>& postures);
-  /// Which ball touches what, in words; nothing if the posture is free.
+  /// Which ball or part touches what, in words; nothing if the posture is free.
   std::optional<std::string> contact(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// The straight motion from a to b in joint space is proven free. Does not allocate in the long
   /// run.
@@ -74,13 +76,18 @@ class CollisionChecker {
 
  private:
   template <class Motion>
-  bool certify_parts(const Motion& motion, std::vector<typename Motion::Part>& open, long most);
+  bool certify_family(const Motion& motion, std::vector<typename Motion::Part>& open, long most);
+
+  PartChecker::Verdict judge_parts(int lane, bool motion);
 
   const kin::ArmModel& arm_;
   Obstacles obstacles_;
+  double margin_;
   BatchChecker batch_;
+  std::optional<PartChecker> parts_;  // of arms that have parts
   Interrupt interrupt_;
   BatchChecker::Postures lanes_;                  // scratch
+  Eigen::VectorXd q_, deviation_;                 // scratch
   std::vector<std::array<float, 2>> line_parts_;  // scratch
   long postures_ = 0;
 };

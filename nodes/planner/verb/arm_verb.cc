@@ -1,4 +1,5 @@
-// `mimesis plan arm`: the safety balls of an arm, and how much more than its geometry they are.
+// `mimesis plan arm`: the safety balls and convex parts of an arm, and how much more than its
+// geometry they are.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -27,6 +28,7 @@ Json json_of(const model::CoveredArm& covered) {
   Json report{{"arm", covered.arm.name},
               {"joints", covered.arm.dof()},
               {"balls", covered.arm.balls.size()},
+              {"parts", covered.arm.parts.size()},
               {"links", Json::array()},
               {"always_touching", covered.always_touching},
               {"touching_at_home", touching_at_home(covered)},
@@ -34,15 +36,15 @@ Json json_of(const model::CoveredArm& covered) {
               {"unchecked", covered.arm.unchecked}};
   for (const int group : covered.arm.env_groups)
     report["obstacle_groups"].push_back(covered.arm.groups[static_cast<std::size_t>(group)]);
-  for (const model::LinkBalls& link : covered.links) {
+  for (const model::CoveredLink& link : covered.links) {
     Json row{{"link", link.link},
              {"group", covered.arm.groups[static_cast<std::size_t>(link.group)]},
              {"fitted", link.fitted},
-             {"balls", link.balls.size()}};
+             {"parts", link.parts.size()}};
     if (link.over) {
       row["reach_m"] = link.over->reach_m;
       row["solid_m3"] = link.over->solid_m3;
-      row["balls_m3"] = link.over->balls_m3;
+      row["parts_m3"] = link.over->parts_m3;
       row["bare_m3"] = link.over->bare_m3;
     }
     report["links"].push_back(row);
@@ -51,12 +53,12 @@ Json json_of(const model::CoveredArm& covered) {
 }
 
 void print_table(const model::CoveredArm& covered) {
-  Table table({"link", "group", "balls", "reach out [mm]", "volume ratio", "bare [%]"});
-  for (const model::LinkBalls& link : covered.links) {
+  Table table({"link", "group", "parts", "reach out [mm]", "volume ratio", "bare [%]"});
+  for (const model::CoveredLink& link : covered.links) {
     std::vector<std::string> row{
         link.link,
         covered.arm.groups[static_cast<std::size_t>(link.group)],
-        fmt::format("{} {}", link.balls.size(), link.fitted ? "fitted" : "given"),
+        fmt::format("{} {}", link.parts.size(), link.fitted ? "fitted" : "given"),
         "-",
         "-",
         "-"};
@@ -64,14 +66,14 @@ void print_table(const model::CoveredArm& covered) {
       const robot::OverCoverage& over = *link.over;
       row[3] = fmt::format("{:.1f}", 1e3 * over.reach_m);
       if (over.solid_m3 > 0.0) {
-        row[4] = fmt::format("{:.2f}", over.balls_m3 / over.solid_m3);
+        row[4] = fmt::format("{:.2f}", over.parts_m3 / over.solid_m3);
         row[5] = fmt::format("{:.2f}", 100.0 * over.bare_m3 / over.solid_m3);
       }
     }
     table.row(std::move(row));
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
-  fmt::print("{} balls\n", covered.arm.balls.size());
+  fmt::print("{} parts, {} balls\n", covered.arm.parts.size(), covered.arm.balls.size());
   fmt::print("{}", touching_text(covered));
   const auto& checked = covered.arm.env_groups;
   for (std::size_t g = 0; g < covered.arm.groups.size(); ++g) {
@@ -102,19 +104,19 @@ void add_plan(CLI::App& program, int& exit_code) {
   verb->require_subcommand(1);
   auto o = std::make_shared<ArmOptions>();
   CLI::App* sub = verb->add_subcommand(
-      "arm", "Shows an arm's safety balls, and how far they reach out of its geometry");
+      "arm", "Shows an arm's balls and parts, and how far they reach out of its geometry");
   sub->add_option("ROBOT", o->robot, "Arm, a file as models/lwr4.yaml")->required();
   sub->add_flag(
       "--json", o->json,
-      "One object: arm, joints, balls, links [{link, group, fitted, balls, reach_m, "
-      "solid_m3, balls_m3, bare_m3}], always_touching, touching_at_home, obstacle_groups, "
+      "One object: arm, joints, balls, parts, links [{link, group, fitted, parts, reach_m, "
+      "solid_m3, parts_m3, bare_m3}], always_touching, touching_at_home, obstacle_groups, "
       "unchecked");
   sub->add_flag("--yaml", o->yaml,
-                "Balls and checks as an arm's file gives them: no more fitting then");
+                "Parts and checks as an arm's file gives them: no more fitting then");
   sub->footer(
-      "Of links with collision geometry: how far a ball reaches out of it at most, volume of the "
-      "balls by that of the geometry, share of the geometry that is in no ball (0 of fitted "
-      "ones).\n"
+      "Of links with collision geometry: how far a part reaches out of it at most, volume of the "
+      "parts by that of the geometry, share of the geometry that is in no part (0 of fitted "
+      "ones). A ball is a part of one point.\n"
       "Exit codes: 0 done, 2 usage or a file that is wrong.\n"
       "Examples:\n  mimesis plan arm lwr4.yaml");
   sub->callback([o, &exit_code] { exit_code = show(*o); });

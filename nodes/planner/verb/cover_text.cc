@@ -33,10 +33,10 @@ std::vector<std::pair<std::string, std::string>> touching_at_home(
 std::string touching_text(const model::CoveredArm& covered) {
   std::string text;
   for (const auto& [a, b] : covered.always_touching)
-    text += fmt::format(
-        "not checked against each other, as their balls touch in every posture: {}, {}\n", a, b);
+    text += fmt::format("not checked against each other, as they touch in every posture: {}, {}\n",
+                        a, b);
   for (const auto& [a, b] : touching_at_home(covered))
-    text += fmt::format("balls touch at home, where no plan can begin: {}, {}\n", a, b);
+    text += fmt::format("they touch at home, where no plan can begin: {}, {}\n", a, b);
   return text;
 }
 
@@ -51,18 +51,30 @@ std::string cover_text(const model::CoveredArm& covered) {
                   fmt::join(obstacles, ", "), arm.self_pairs.empty() ? " []" : "");
   for (const auto& [a, b] : arm.self_pairs)
     text += fmt::format("  - {{a: {}, b: {}}}\n", name(a), name(b));
-  text += "balls:\n";
-  for (const model::LinkBalls& link : covered.links) {
+  std::string balls, parts;
+  for (const model::CoveredLink& link : covered.links) {
     const bool frame = link.link.starts_with("frame ");
-    const std::string place =
-        frame ? "frame: " + link.link.substr(6) : "link: " + yaml_word(link.link);
-    for (const robot::CoverBall& b : link.balls) {
-      text += fmt::format(
-          "  - {{{}, group: {}, center_m: [{:.6f}, {:.6f}, {:.6f}], radius_m: {:.6f}}}\n", place,
-          name(link.group), b.center.x(), b.center.y(), b.center.z(),
-          std::max(b.radius + 1e-6, 1e-4));  // what the digits leave out; the file's least
+    const std::string place = fmt::format(
+        "{}, group: {}", frame ? "frame: " + link.link.substr(6) : "link: " + yaml_word(link.link),
+        name(link.group));
+    constexpr double kDigits_m = 1e-6;  // what they leave out
+    for (const math::ConvexPart& part : link.parts) {
+      if (part.points.rows() == 1) {
+        balls +=
+            fmt::format("  - {{{}, center_m: [{:.6f}], radius_m: {:.6f}}}\n", place,
+                        fmt::join(std::vector(part.points.data(), part.points.data() + 3), ", "),
+                        std::max(part.radius + kDigits_m, 1e-4));
+        continue;
+      }
+      std::vector<double> numbers;
+      for (const auto& point : part.points.rowwise())
+        for (const double v : point) numbers.push_back(v);
+      parts += fmt::format("  - {{{}, radius_m: {:.6f}, points_m: [{:.6f}]}}\n", place,
+                           part.radius + kDigits_m, fmt::join(numbers, ", "));
     }
   }
+  if (!balls.empty()) text += "balls:\n" + balls;
+  if (!parts.empty()) text += "parts:  # hulls of points x y z, rounded\n" + parts;
   return text;
 }
 

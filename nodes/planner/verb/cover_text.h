@@ -15,7 +15,7 @@ std::vector<std::pair<std::string, std::string>> touching_at_home(const model::C
 /// A line for each pair that always touches, or does at home.
 std::string touching_text(const model::CoveredArm& covered);
 
-/// Groups, checks and balls as an arm's file gives them.
+/// Groups, checks, balls and parts as an arm's file gives them.
 std::string cover_text(const model::CoveredArm& covered);
 
 }  // namespace mimesis::tool

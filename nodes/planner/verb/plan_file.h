@@ -68,8 +68,8 @@ struct PlanVerdict {
 
 /// Judges a plan without the planner: own kinematics from the rows of the arm's file, in double
 /// precision, and another proof. Of the motion around a posture, with joints within ±δⱼ of it, ball
-/// i moves at most Σⱼ Lᵢⱼ δⱼ, Lᵢⱼ the stretched length of the arm from axis j to the ball; what
-/// that does not prove is halved. Proven are
+/// or part i moves at most Σⱼ Lᵢⱼ δⱼ, Lᵢⱼ the stretched length of the arm from axis j to the ball;
+/// what that does not prove is halved. Proven are
 ///  - the streamed motion between all instants (cubic Hermite), `margin_m` apart from everything;
 ///  - the stop of each instant that leaves the path, `stop_margin_m` apart: all q + q̇ τ + s ρ(u), ρ
 ///    the ramp from q̇ with the arm's accelerations, 0 ≤ τ ≤ `stop_delay_s`, 0 ≤ s ≤ 1;

@@ -87,7 +87,7 @@ std::string arm_text(const NewOptions& o, const NewArm& arm) {
   if (!arm.chain.fixed.empty()) text += "  fixed:                    # where these joints stay\n";
   for (const auto& [joint, at] : arm.chain.fixed)
     text += fmt::format("    - {{joint: {}, at: {:.6g}}}\n", yaml_word(joint), at);
-  if (o.fitted_m > 0.0) text += fmt::format("  fitted_m: {:.6g}\n  most_balls: 48\n", o.fitted_m);
+  if (o.fitted_m > 0.0) text += fmt::format("  fitted_m: {:.6g}\n  most_parts: 48\n", o.fitted_m);
   if (arm.use_visual)
     text +=
         "  use_visual: true          # links without collision geometry are as they are drawn\n";
@@ -170,7 +170,7 @@ void write(const fs::path& file, const std::string& text) {
   if (!out) throw ConfigError(file.string() + ": cannot be written");
 }
 
-/// A line for each pair of groups whose balls touch so often that few postures are left.
+/// A line for each pair of groups that touch so often that few postures are left.
 std::string crowded_text(const kin::ArmModel& arm) {
   const Eigen::MatrixXd postures = model::sampled_postures(arm);
   const auto all = static_cast<int>(postures.cols());
@@ -182,8 +182,9 @@ std::string crowded_text(const kin::ArmModel& arm) {
   for (const auto& [pair, times] : touching) {
     if (times < all / 4 || std::ranges::count(arm.self_pairs, pair) == 0) continue;
     text += fmt::format(
-        "balls of {} and {} touch in {} % of all postures, which no plan can pass; a smaller "
-        "--fitted-m fits finer ones\n",
+        "{} and {} touch in {} % of all postures, which no plan can pass; a smaller --fitted-m "
+        "fits "
+        "finer parts\n",
         arm.groups[static_cast<std::size_t>(pair.first)],
         arm.groups[static_cast<std::size_t>(pair.second)], 100 * times / all);
   }
@@ -244,9 +245,11 @@ int make(NewOptions o) {
   const std::chrono::duration<double> fitted = std::chrono::steady_clock::now() - began;
   if (o.home_rad.empty()) arm.home = choose_home(covered.arm);
   write(file, arm_text(o, arm) + cover_text(covered));
-  fmt::print("{}: {} joints from {} to {}, {} balls on {} links, fitted in {:.1f} s\n", file,
-             arm.chain.joints.size(), arm.chain.base, arm.chain.tip, covered.arm.balls.size(),
-             covered.links.size(), fitted.count());
+  std::size_t parts = 0;
+  for (const model::CoveredLink& link : covered.links) parts += link.parts.size();
+  fmt::print("{}: {} joints from {} to {}, {} convex parts on {} links, fitted in {:.1f} s\n", file,
+             arm.chain.joints.size(), arm.chain.base, arm.chain.tip, parts, covered.links.size(),
+             fitted.count());
   for (const auto& [joint, at] : arm.chain.fixed)
     fmt::print("joint {} stays at {:.6g}\n", joint, at);
   fmt::print("{}{}", touching_text(covered), crowded_text(covered.arm));
@@ -285,12 +288,13 @@ void add_robot(CLI::App& program, int& exit_code) {
                   "Time to full speed: a URDF has no accelerations")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
-  sub->add_option("--fitted-m", o->fitted_m,
-                  "Balls reach out of the links by this at most [0.03]; 0.01 takes a minute")
+  sub->add_option(
+         "--fitted-m", o->fitted_m,
+         "Parts may reach out of the links by this [0.006]; half of it takes twice the time")
       ->check(CLI::Range(0.001, 1.0));
   sub->add_flag("--force", o->force, "Replaces files that are there");
   sub->footer(
-      "Balls that cover the links are fitted once, and kept in the arm's file.\n"
+      "Convex parts of the links are fitted once, and kept in the arm's file.\n"
       "Exit codes: 0 done, 2 usage, or a URDF that lacks something: it says what.\n"
       "Examples:\n"
       "  mimesis robot new panda.urdf --home 0,-0.7,0,-2,0,1.5,0.7\n"

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "nodes/planner/verb/plan_file.h"
+#include "nodes/planner/verb/verify_geometry.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
@@ -24,17 +25,21 @@ struct VerifyOptions {
 
 int verify(const VerifyOptions& o) {
   const PlanFile plan = load_plan(o.file);
-  const kin::ArmModel arm = model::load_checked_arm(o.robot.empty() ? plan.robot : o.robot);
+  const model::CoveredArm covered =
+      model::load_covered_arm(o.robot.empty() ? plan.robot : o.robot, false);
+  const kin::ArmModel& arm = covered.arm;
   PlanVerdict verdict;
   try {
     verdict = verify_plan(plan, arm);
   } catch (const ConfigError& e) {
     throw ConfigError(o.file + ": " + e.what());
   }
+  std::vector<std::string> gaps = geometry_gaps(covered);
+  if (arm.balls.empty())
+    gaps.emplace_back("the arm has neither parts nor balls: nothing is checked");
   for (const std::string& link : arm.unchecked)
-    verdict.findings.insert(
-        verdict.findings.begin(),
-        fmt::format("link {} has no known shape: nothing of it is checked", link));
+    gaps.push_back(fmt::format("link {} has no known shape: nothing of it is checked", link));
+  verdict.findings.insert(verdict.findings.begin(), gaps.begin(), gaps.end());
   const bool proven = verdict.findings.empty();
   const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   if (o.json) {

@@ -1,122 +1,29 @@
-// Plans of arms whose safety balls were fitted to a URDF, judged from outside: the URDF's own
+// Plans of arms whose convex parts were fitted to a URDF, judged from outside: the URDF's own
 // solids, placed by the kinematics of its tree, against the obstacles and each other, by FCL.
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/sphere.h>
-#include <fcl/narrowphase/collision.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <random>
 #include <sstream>
 
-#include "common/model/files.h"
-#include "common/robot/cover_balls.h"
-#include "common/robot/kinematics.h"
+#include "common/robot/arm_chain.h"
 #include "common/shared_data.h"
 #include "common/testing/temporary_folder.h"
 #include "nodes/planner/move_plan.h"
+#include "nodes/planner/test/peer/fcl_judge.h"
+#ifdef MIMESIS_OMPL
+#include "nodes/planner/bench/peer/rrt_connect.h"
+#endif
 
 namespace mimesis::planner {
 namespace {
 
 namespace fs = std::filesystem;
-using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using Shape = std::shared_ptr<fcl::CollisionGeometryd>;
-
-class Draw {
- public:
-  explicit Draw(unsigned seed) : random_(seed) {}
-  double in(double a, double b) { return std::uniform_real_distribution(a, b)(random_); }
-  int below(int n) { return std::uniform_int_distribution(0, n - 1)(random_); }
-  VectorXd posture(const kin::ArmModel& arm) {
-    VectorXd q(arm.dof());
-    for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = in(arm.q_min[j], arm.q_max[j]);
-    return q;
-  }
-
- private:
-  std::mt19937_64 random_;
-};
-
-Shape shape_of(const robot::Solid& solid) {
-  using Kind = robot::Solid::Kind;
-  const Vector3d edges = 2.0 * solid.half_m;
-  if (solid.kind == Kind::box) return std::make_shared<fcl::Boxd>(edges);
-  if (solid.kind == Kind::ball) return std::make_shared<fcl::Sphered>(solid.half_m.x());
-  if (solid.kind == Kind::cylinder)
-    return std::make_shared<fcl::Cylinderd>(solid.half_m.x(), edges.z());
-  auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  mesh->beginModel();
-  for (const auto& t : solid.mesh->triangles()) mesh->addTriangle(t[0], t[1], t[2]);
-  mesh->endModel();
-  return mesh;
-}
-
-class Judge {
- public:
-  Judge(const std::string& urdf, const model::CoveredArm& covered)
-      : tree_(robot::read_urdf(urdf)), kinematics_(tree_), covered_(covered) {
-    std::vector<std::string> names;
-    for (const auto& link : covered.links) names.push_back(link.link);
-    for (const auto& [name, solids] : robot::link_solids(urdf, names)) {
-      for (const robot::Solid& solid : solids)
-        parts_.push_back({group_of(name), tree_.find_link(name), solid.X_LS, shape_of(solid)});
-    }
-  }
-
-  void set_obstacles(const kin::Table& table) {
-    obstacles_.clear();
-    for (const kin::Ball& b : table.balls)
-      obstacles_.push_back({std::make_shared<fcl::Sphered>(b.radius), b.center});
-    for (const kin::Box& b : table.boxes)
-      obstacles_.push_back({std::make_shared<fcl::Boxd>(Vector3d(2.0 * b.half_extent)), b.center});
-  }
-
-  bool touches(const VectorXd& q) {
-    kinematics_.update(Isometry3d::Identity(), q);  // the root, which is the chain's base, is W
-    const auto meet = [](const Shape& a, const Isometry3d& X_WA, const Shape& b,
-                         const Isometry3d& X_WB) {
-      fcl::CollisionResultd result;
-      return fcl::collide(a.get(), X_WA, b.get(), X_WB, fcl::CollisionRequestd(), result) > 0;
-    };
-    const auto& arm = covered_.arm;
-    for (const Part& part : parts_) {
-      const Isometry3d X_WS = kinematics_.X_WL(part.link) * part.X_LS;
-      if (std::ranges::count(arm.env_groups, part.group) > 0) {
-        for (const auto& [shape, center] : obstacles_)
-          if (meet(part.shape, X_WS, shape, Isometry3d(Eigen::Translation3d(center)))) return true;
-      }
-      for (const Part& other : parts_) {
-        if (std::ranges::count(arm.self_pairs, std::pair(part.group, other.group)) > 0 &&
-            meet(part.shape, X_WS, other.shape, kinematics_.X_WL(other.link) * other.X_LS))
-          return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  struct Part {
-    int group, link;
-    Isometry3d X_LS;
-    Shape shape;
-  };
-  int group_of(const std::string& link) const {
-    return std::ranges::find(covered_.links, link, &model::LinkBalls::link)->group;
-  }
-
-  robot::RobotTree tree_;
-  robot::Kinematics kinematics_;
-  const model::CoveredArm& covered_;
-  std::vector<Part> parts_;
-  std::vector<std::pair<Shape, Vector3d>> obstacles_;
-};
+using peer::Draw;
 
 class FittedArm : public ::testing::Test {
  protected:
@@ -239,34 +146,24 @@ class FittedArm : public ::testing::Test {
     int asked = 0, planned = 0, no_way = 0, inhibited = 0, instants = 0, contacts = 0;
   };
 
-  /// Random obstacles, starts and goals that the balls allow; what is planned is judged at every
+  /// Random obstacles, starts and goals that the parts allow; what is planned is judged at every
   /// instant, with eight more between two of them.
   Tally judged_queries(Draw& draw, const std::string& arm_file, const std::string& urdf, int scenes,
                        int queries) {
     const model::CoveredArm covered = model::load_covered_arm(arm_file);
     const kin::ArmModel& arm = covered.arm;
-    Judge judge(urdf, covered);
+    peer::FclJudge judge(urdf, covered);
     Tally tally;
     TaskSettings settings;
     for (int scene = 0; scene < scenes; ++scene) {
-      kin::Table table;
-      for (int i = 2 + draw.below(6); i-- > 0;) {
-        const double away = draw.in(0.35, 0.8), turn = draw.in(-M_PI, M_PI);
-        const Vector3d at(away * std::cos(turn), away * std::sin(turn), draw.in(0.1, 1.0));
-        if (draw.below(2) == 0) {
-          table.balls.push_back({at, draw.in(0.03, 0.12)});
-        } else {
-          table.boxes.push_back(
-              {at, {draw.in(0.02, 0.12), draw.in(0.02, 0.12), draw.in(0.02, 0.12)}, "box"});
-        }
-      }
+      const kin::Table table = draw.table();
       judge.set_obstacles(table);
       CollisionChecker checker(arm, {table.balls, table.boxes, {}, {}}, settings.margin_m);
       const auto free_posture = [&]() -> VectorXd {
         for (int i = 0; i < 2000; ++i) {
           const VectorXd q = draw.posture(arm);
           const bool free = checker.free(q), touches = judge.touches(q);
-          EXPECT_FALSE(free && touches) << "the balls do not cover the arm";
+          EXPECT_FALSE(free && touches) << "the parts do not hold the arm";
           tally.inhibited += !free && !touches;
           if (free) return q;
         }
@@ -278,7 +175,7 @@ class FittedArm : public ::testing::Test {
         ++tally.asked;
         const auto plan = plan_move(arm, {}, {table, start, Move{{}, {{goal}}}}, settings);
         if (!plan) {
-          tally.no_way += !any_way(arm, checker, start, goal);
+          tally.no_way += !any_way(checker, start, goal);
           std::cout << arm.name << ": " << plan.error().reason << '\n';
           continue;
         }
@@ -294,17 +191,15 @@ class FittedArm : public ::testing::Test {
         }
       }
     }
-    std::cout << arm.balls.size() << " balls, " << tally.planned << " of " << tally.asked
+    std::cout << arm.parts.size() << " parts, " << tally.planned << " of " << tally.asked
               << " planned, " << tally.no_way << " of the others have no way, " << tally.instants
               << " instants, " << tally.contacts << " contacts, " << tally.inhibited
-              << " drawn postures were free but for the balls\n";
+              << " drawn postures were free but for the parts\n";
     return tally;
   }
 
   /// Searches with ten times the effort and other seeds.
-  static bool any_way(const kin::ArmModel& arm, CollisionChecker& checker, const VectorXd& start,
-                      const VectorXd& goal) {
-    (void)arm;
+  static bool any_way(CollisionChecker& checker, const VectorXd& start, const VectorXd& goal) {
     SearchSettings search;
     search.max_branches *= 10;
     for (search.seed = 100; search.seed < 103; ++search.seed)
@@ -341,16 +236,109 @@ TEST_F(FittedArm, DISABLED_SlowOfMoreRandomGeometryTouchesNothing) {
   }
 }
 
-TEST_F(FittedArm, ThatNobodyHereWroteTouchesNothing) {
-  const fs::path urdf = shared_data("data/robots/iiwa_description/urdf/iiwa14.urdf");
+/// An arm of a public URDF: parts of it, between random postures that keep 5 mm on the meshes.
+struct PublicArm {
+  std::string urdf, base, tip;  // below data/robots/public/example-robot-data/robots
+  std::string without{};        // links that have no geometry
+};
+void PrintTo(const PublicArm& arm, std::ostream* out) { *out << arm.urdf; }
+
+class PublicArms : public FittedArm, public ::testing::WithParamInterface<PublicArm> {
+ protected:
+  /// The file that `mimesis robot new` writes, as far as shapes and joints go.
+  std::string written(const std::string& urdf, robot::ArmChain& chain) {
+    const robot::RobotTree tree = robot::read_urdf(urdf);
+    chain = robot::find_arm_chain(tree, GetParam().base, GetParam().tip);
+    std::ofstream out(folder_ / "public.yaml");
+    out << "name: public\nchain:\n  urdf: '" << urdf << "'\n  base: " << chain.base
+        << "\n  tip: " << chain.tip << "\n  use_visual: true\n  without_geometry: ["
+        << GetParam().without << "]\n  a_max_rad_s2: [";
+    std::string home;
+    for (std::size_t j = 0; j < chain.joints.size(); ++j) {
+      const robot::Link& link = tree.link(chain.joints[j]);
+      out << (j > 0 ? ", " : "") << 2.0 * link.max_speed;
+      home += (j > 0 ? ", " : "") + std::to_string(std::clamp(0.0, link.lower, link.upper));
+    }
+    out << "]\n  home_rad: [" << home << "]\n  fixed:\n";
+    for (const auto& [joint, at] : chain.fixed)
+      out << "    - {joint: " << joint << ", at: " << at << "}\n";
+    if (chain.fixed.empty()) out << "    []\n";
+    return folder_ / "public.yaml";
+  }
+};
+
+TEST_P(PublicArms, DISABLED_SlowPlanWhatOmplPlansOnTheMeshes) {
+  using std::chrono::steady_clock;
+  const fs::path urdf =
+      shared_data("data/robots/public/example-robot-data/robots") / GetParam().urdf;
   if (!fs::exists(urdf)) GTEST_SKIP() << "not here: " << urdf << " is absent";
-  std::ofstream(folder_ / "iiwa.yaml")
-      << "name: iiwa14\nchain: {urdf: 'shared:data/robots/iiwa_description/urdf/iiwa14.urdf',\n"
-         "  base: base, tip: iiwa_link_ee, a_max_rad_s2: [8.57, 8.57, 8.74, 11.36, 12.23, 15.72, "
-         "15.72],\n  home_rad: [0, 0.6, 0, -1.2, 0, 1, 0]}\n";
-  Draw draw(14);
-  expect_sound(judged_queries(draw, folder_ / "iiwa.yaml", urdf, 6, 5));
+  robot::ArmChain chain;
+  const std::string file = written(urdf, chain);
+  const auto began = steady_clock::now();
+  const model::CoveredArm covered = model::load_covered_arm(file);
+  const std::chrono::duration<double> fitted = steady_clock::now() - began;
+  const kin::ArmModel& arm = covered.arm;
+  peer::FclJudge judge(urdf, covered, chain.base, chain.tip, chain.fixed);
+  Draw draw(1);
+  TaskSettings settings;
+  int asked = 0, planned = 0, contacts = 0, instants = 0, ompl = 0, both = 0;
+  std::vector<double> seconds;
+  for (int scene = 0; scene < 6; ++scene) {
+    const kin::Table table = scene < 3 ? kin::Table{} : draw.table();
+    judge.set_obstacles(table);
+    const auto valid = [&] {
+      for (int i = 0; i < 2000; ++i) {
+        const VectorXd q = draw.posture(arm);
+        if (!judge.nearer(q, 0.005)) return q;
+      }
+      return VectorXd();
+    };
+    for (int query = 0; query < 5; ++query, ++asked) {
+      const VectorXd start = valid(), goal = valid();
+      ASSERT_GT(goal.size(), 0);
+      bool solved = false;
+#ifdef MIMESIS_OMPL
+      solved = peer::rrt_connect_solves(
+          arm, [&](const VectorXd& q) { return !judge.touches(q); }, start, goal, 5.0);
+      ompl += solved;
+#endif
+      const auto then = steady_clock::now();
+      const auto plan = plan_move(arm, {}, {table, start, Move{{}, {{goal}}}}, settings);
+      seconds.push_back(std::chrono::duration<double>(steady_clock::now() - then).count());
+      planned += plan.has_value();
+      both += plan.has_value() && solved;
+      if (!plan) {
+        if (solved) std::cout << "OMPL alone: " << plan.error().reason << '\n';
+        continue;
+      }
+      for (const PlannedMotion& motion : plan->motions) {
+        const auto& q = motion.trajectory.position;
+        for (Eigen::Index k = 0; k + 1 < q.cols(); ++k) {
+          for (int part = 0; part < 2; ++part, ++instants)
+            contacts += judge.touches(q.col(k) + part / 2.0 * (q.col(k + 1) - q.col(k)));
+        }
+      }
+    }
+  }
+  std::ranges::sort(seconds);
+  std::cout << GetParam().urdf << ": " << arm.parts.size() << " parts, fitted in " << fitted.count()
+            << " s; planned " << planned << " of " << asked << ", OMPL " << ompl << ", both "
+            << both << "; p50 " << 1e3 * seconds[seconds.size() / 2] << " ms, p95 "
+            << 1e3 * seconds[seconds.size() * 95 / 100] << " ms; " << contacts << " contacts in "
+            << instants << " instants\n";
+  EXPECT_EQ(contacts, 0);
+  EXPECT_GE(both, 0.95 * ompl);
 }
+
+INSTANTIATE_TEST_SUITE_P(Robots, PublicArms,
+                         ::testing::Values(PublicArm{"ur_description/urdf/ur10_robot.urdf", "", ""},
+                                           PublicArm{"ur_description/urdf/ur5_gripper.urdf", "",
+                                                     ""},
+                                           PublicArm{"panda_description/urdf/panda.urdf", "", ""},
+                                           PublicArm{"tiago_description/robots/tiago_no_hand.urdf",
+                                                     "torso_lift_link", ""},
+                                           PublicArm{"talos_data/robots/talos_reduced.urdf",
+                                                     "torso_2_link", "gripper_right_base_link"}));
 
 }  // namespace
 }  // namespace mimesis::planner

@@ -89,6 +89,36 @@ TEST_F(RobotNew, AnArmMovesByTheThreeCommands) {
   launch.terminate();
 }
 
+/// Whoever leaves out a part, or changes the robot afterwards, gets no proof.
+TEST_F(RobotNew, NothingIsProvenOfAnArmThatLacksAPart) {
+  const fs::path robot = urdf();
+  ASSERT_EQ(make({robot}), 0) << errors_;
+  const std::string plan = folder_ / "plan.yaml";
+  ASSERT_EQ(call({"plan", folder_ / "mine_table.yaml", "--robot", file(), "--goal",
+                  "0.5,0.4,0.3,0.5,0.2", "-o", plan}),
+            0)
+      << errors_;
+  EXPECT_EQ(call({"plan", "verify", plan}), 0) << output_ << errors_;
+  std::vector<std::string> lines;
+  std::ifstream in(file());
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  int parts = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].find("points_m") == std::string::npos) continue;
+    ++parts;
+    std::ofstream out(folder_ / "less.yaml");
+    for (std::size_t k = 0; k < lines.size(); ++k)
+      if (k != i) out << lines[k] << '\n';
+    out.close();
+    EXPECT_NE(call({"plan", "verify", plan, "--robot", folder_ / "less.yaml"}), 0) << lines[i];
+  }
+  EXPECT_EQ(parts, 8);
+  urdf("<collision><geometry><cylinder radius='0.05' length='0.3'/></geometry></collision>");
+  EXPECT_EQ(call({"plan", "verify", plan}), 1);
+  EXPECT_NE(output_.find("link link 3: no part or ball holds its geometry at ("), std::string::npos)
+      << output_;
+}
+
 TEST_F(RobotNew, TakesLinksAsTheyAreDrawnAndNamesThoseWithoutShape) {
   const std::string drawn = "<visual><geometry><box size='0.05 0.05 0.2'/></geometry></visual>";
   ASSERT_EQ(make({urdf(drawn)}), 0) << errors_;

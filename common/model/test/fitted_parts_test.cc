@@ -1,4 +1,4 @@
-// Arms whose safety balls are fitted to the geometry of a URDF.
+// Arms whose convex parts are fitted to the geometry of a URDF.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -48,9 +48,9 @@ constexpr const char* kDae = R"(<?xml version="1.0"?>
 </visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>
 )";
 
-class FittedBalls : public ::testing::Test {
+class FittedParts : public ::testing::Test {
  protected:
-  FittedBalls() { fs::create_directories(folder_ / "arm_description" / "urdf"); }
+  FittedParts() { fs::create_directories(folder_ / "arm_description" / "urdf"); }
 
   fs::path urdf_folder() const { return folder_ / "arm_description" / "urdf"; }
 
@@ -93,10 +93,28 @@ class FittedBalls : public ::testing::Test {
     return "read";
   }
 
+  /// The arm's parts from `first` on are those of the link at X_WL. @return the next link's
+  static std::size_t expect_placed(const kin::ArmModel& arm, const CoveredLink& link,
+                                   std::size_t first, const Eigen::VectorXd& q,
+                                   const Eigen::Isometry3d& X_WL) {
+    std::vector<Eigen::Isometry3d> X;
+    kin::forward(arm, q, X);
+    for (const math::ConvexPart& part : link.parts) {
+      const kin::SafetyPart& own = arm.parts.at(first++);
+      EXPECT_EQ(own.frame, link.frame);
+      for (Eigen::Index i = 0; i < part.points.rows(); ++i) {
+        const Vector3d there =
+            X[static_cast<std::size_t>(own.frame)] * Vector3d(own.shape.points.row(i).transpose());
+        EXPECT_LT((there - X_WL * Vector3d(part.points.row(i).transpose())).norm(), 1e-9);
+      }
+    }
+    return first;
+  }
+
   testing::TemporaryFolder folder_;
 };
 
-TEST_F(FittedBalls, TouchingAtHomeAloneIsNoReasonNotToCheck) {
+TEST_F(FittedParts, TouchingAtHomeAloneIsNoReasonNotToCheck) {
   const std::string board = "<collision><geometry><box size='0.3 0.3 0.9'/></geometry></collision>";
   const CoveredArm covered = load_covered_arm(written(board));
   const kin::ArmModel& arm = covered.arm;
@@ -118,16 +136,15 @@ TEST_F(FittedBalls, TouchingAtHomeAloneIsNoReasonNotToCheck) {
   EXPECT_GT(std::ranges::count(again.arm.self_pairs, touching), 0);
 }
 
-TEST_F(FittedBalls, EveryLinkWithGeometryIsAGroupInItsPlace) {
+TEST_F(FittedParts, EveryLinkWithGeometryIsAGroupInItsPlace) {
   const CoveredArm covered = load_covered_arm(written(kRod));
   const kin::ArmModel& arm = covered.arm;
   EXPECT_EQ(arm.groups, (std::vector<std::string>{"l0", "l1", "l2", "l3", "l4", "camera"}));
   EXPECT_EQ(arm.env_groups, (std::vector<int>{1, 2, 3, 4, 5})) << "all but the base";
-  for (const auto& [a, b] : arm.self_pairs) {
-    const auto& x = arm.balls[covered.links[static_cast<std::size_t>(a)].begin];
-    const auto& y = arm.balls[covered.links[static_cast<std::size_t>(b)].begin];
-    EXPECT_GE(std::abs(x.frame - y.frame), 2);
-  }
+  for (const auto& [a, b] : arm.self_pairs)
+    EXPECT_GE(std::abs(covered.links[static_cast<std::size_t>(a)].frame -
+                       covered.links[static_cast<std::size_t>(b)].frame),
+              2);
   // Frames 0, 1, 2, 3, 4 and the camera's 3: eight pairs are two joints apart, or more.
   EXPECT_EQ(arm.self_pairs.size() + covered.always_touching.size(), 8u);
 
@@ -135,33 +152,28 @@ TEST_F(FittedBalls, EveryLinkWithGeometryIsAGroupInItsPlace) {
   robot::Kinematics judge(tree);
   const Eigen::VectorXd q = Eigen::VectorXd::LinSpaced(5, -1.0, 1.5);  // the last one: the finger
   judge.update(Eigen::Isometry3d::Identity(), q);
-  std::vector<Eigen::Isometry3d> X;
-  Eigen::Matrix3Xd centers;
-  kin::forward(arm, q.head(4), X);
-  kin::ball_centers(arm, X, centers);
-  for (const LinkBalls& link : covered.links) {
+  std::size_t next = 0;
+  for (const CoveredLink& link : covered.links) {
     EXPECT_TRUE(link.fitted);
     ASSERT_TRUE(link.over);
-    EXPECT_LE(link.over->reach_m, 0.03);
+    EXPECT_LE(link.over->reach_m, 0.002);
     EXPECT_EQ(link.over->bare_m3, 0.0);
-    for (std::size_t i = link.begin; i < link.end; ++i) {
-      const Vector3d at = judge.X_WL(tree.find_link(link.link)) * link.balls[i - link.begin].center;
-      EXPECT_LT((centers.col(static_cast<Eigen::Index>(i)) - at).norm(), 1e-9) << link.link;
-    }
+    next = expect_placed(arm, link, next, q.head(4), judge.X_WL(tree.find_link(link.link)));
   }
+  EXPECT_EQ(next, arm.parts.size());
 }
 
-TEST_F(FittedBalls, StandBesideBallsByHand) {
+TEST_F(FittedParts, StandBesideBallsByHand) {
   const CoveredArm covered = load_covered_arm(
       written(kRod, ", without_geometry: [l2, l3, camera, finger]",
               "groups: [a, b]\nobstacle_groups: [b]\nself_pairs: [{a: a, b: b}]\nballs:\n"
               "  - {link: l1, group: a, center_m: [0, 0, 0.1], radius_m: 0.1}\n"
               "  - {link: l1, group: a, center_m: [0, 0, 0.2], radius_m: 0.1}\n"
-              "  - {link: l4, group: b, fitted_m: 0.03}\n",
+              "parts:\n  - {link: l4, group: b, fitted_m: 0.03}\n",
               kRod));
   ASSERT_EQ(covered.links.size(), 2u);
   EXPECT_FALSE(covered.links[0].fitted);
-  EXPECT_EQ(covered.links[0].balls.size(), 2u);
+  EXPECT_EQ(covered.links[0].parts.size(), 2u);
   ASSERT_TRUE(covered.links[0].over);
   EXPECT_GT(covered.links[0].over->bare_m3, 0.0) << "two balls do not cover this rod";
   EXPECT_EQ(covered.links[1].over->bare_m3, 0.0);
@@ -170,7 +182,7 @@ TEST_F(FittedBalls, StandBesideBallsByHand) {
 }
 
 /// A part that moves and is checked against nothing would be proven by silence.
-TEST_F(FittedBalls, WhatIsNotCheckedIsRefusedUntilTheFileSaysSo) {
+TEST_F(FittedParts, WhatIsNotCheckedIsRefusedUntilTheFileSaysSo) {
   const std::string seen =
       "<visual><geometry><cylinder radius='0.05' length='0.3'/></geometry></visual>";
   const std::string massive =
@@ -190,7 +202,7 @@ TEST_F(FittedBalls, WhatIsNotCheckedIsRefusedUntilTheFileSaysSo) {
 
   const std::string
       groups = "groups: [a, b]\n",
-      few = "balls: [{link: l1, group: a, fitted_m: 0.03}, {link: l4, group: b, fitted_m: 0.03}]\n";
+      few = "parts: [{link: l1, group: a, fitted_m: 0.03}, {link: l4, group: b, fitted_m: 0.03}]\n";
   const std::string obstacles = "obstacle_groups: [a, b]\n", pairs = "self_pairs: [{a: a, b: b}]\n";
   says(refusal(written(kRod, "", groups + few)), "obstacle_groups: there is none");
   says(refusal(written(kRod, "", groups + obstacles + few)), "self_pairs: there is none");
@@ -199,7 +211,7 @@ TEST_F(FittedBalls, WhatIsNotCheckedIsRefusedUntilTheFileSaysSo) {
 }
 
 /// Fingers: where they stay is said, also of the one that follows the other.
-TEST_F(FittedBalls, JointsBesideTheChainStayWhereTheFileSays) {
+TEST_F(FittedParts, JointsBesideTheChainStayWhereTheFileSays) {
   const CoveredArm covered =
       load_covered_arm(written(kRod, ", fixed: [{joint: to_finger, at: 0.5}]", "", kRod));
   EXPECT_EQ(covered.arm.groups.back(), "finger");
@@ -208,16 +220,9 @@ TEST_F(FittedBalls, JointsBesideTheChainStayWhereTheFileSays) {
   Eigen::VectorXd q = Eigen::VectorXd::LinSpaced(5, -1.0, 1.0);
   q[4] = 0.5;
   judge.update(Eigen::Isometry3d::Identity(), q);
-  std::vector<Eigen::Isometry3d> X;
-  Eigen::Matrix3Xd centers;
-  kin::forward(covered.arm, q.head(4), X);
-  kin::ball_centers(covered.arm, X, centers);
-  const LinkBalls& finger = covered.links.back();
-  for (std::size_t i = finger.begin; i < finger.end; ++i) {
-    const Vector3d at =
-        judge.X_WL(tree.find_link("finger")) * finger.balls[i - finger.begin].center;
-    EXPECT_LT((centers.col(static_cast<Eigen::Index>(i)) - at).norm(), 1e-9);
-  }
+  const CoveredLink& finger = covered.links.back();
+  const std::size_t first = covered.arm.parts.size() - finger.parts.size();
+  expect_placed(covered.arm, finger, first, q.head(4), judge.X_WL(tree.find_link("finger")));
   const auto says = [&](const std::string& fixed, const std::string& what) {
     const std::string why = refusal(written(kRod, ", fixed: [" + fixed + "]", "", kRod));
     EXPECT_NE(why.find(what), std::string::npos) << why;
@@ -228,7 +233,7 @@ TEST_F(FittedBalls, JointsBesideTheChainStayWhereTheFileSays) {
   says("{joint: nobody, at: 0}", "no joint 'nobody'");
 }
 
-TEST_F(FittedBalls, MeshesOfAllFormatsAreTheSame) {
+TEST_F(FittedParts, MeshesOfAllFormatsAreTheSame) {
   fs::create_directories(folder_ / "arm_description" / "meshes");
   std::ofstream(folder_ / "arm_description" / "meshes" / "t.obj") << kObj;
   std::ofstream(urdf_folder() / "t.stl") << kStl;
@@ -237,7 +242,7 @@ TEST_F(FittedBalls, MeshesOfAllFormatsAreTheSame) {
                                   std::string("t.stl"), std::string("t.dae")}) {
     SCOPED_TRACE(name);
     const CoveredArm covered = load_covered_arm(written(mesh(name)));
-    const LinkBalls& link = covered.links[2];
+    const CoveredLink& link = covered.links[2];
     EXPECT_EQ(link.link, "l2");
     ASSERT_TRUE(link.over);
     EXPECT_NEAR(link.over->solid_m3, 1e-3 / 6.0, 0.03e-3 / 6.0);
@@ -247,7 +252,7 @@ TEST_F(FittedBalls, MeshesOfAllFormatsAreTheSame) {
   EXPECT_NEAR(larger.links[2].over->solid_m3, 2e-3 / 6.0, 0.06e-3 / 6.0) << "and mirrored";
 }
 
-TEST_F(FittedBalls, SaysWhatIsWrong) {
+TEST_F(FittedParts, SaysWhatIsWrong) {
   std::ofstream(urdf_folder() / "t.stl") << kStl;
   std::ofstream(urdf_folder() / "points.obj") << "v 0 0 0\nv 1 0 0\np 1 2\n";
   std::ofstream(urdf_folder() / "nan.obj") << "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -273,11 +278,13 @@ TEST_F(FittedBalls, SaysWhatIsWrong) {
   says(refusal(written(kRod, "", "", kRod)),
        "link 'finger' moves on joint 'to_finger' beside the chain, expected {joint: to_finger");
   says(refusal(written(kRod, "", "groups: [a]\n")), "expected no groups");
-  const std::string entry = "groups: [a]\nballs: [{link: l2, group: a, fitted_m: ";
+  const std::string entry = "groups: [a]\nparts: [{link: l2, group: a, fitted_m: ";
   says(refusal(written("", "", entry + "0.02}]\n")), "link 'l2' has no collision geometry");
   says(refusal(written(kRod, "", entry + "0.0001}]\n")), "fitted_m, expected 0.001 .. 1");
   says(refusal(written(kRod, "", entry + "0.02, radius_m: 0.1}]\n")), "radius_m");
-  says(refusal(written(kRod, ", most_balls: 0")), "most_balls: 0 is outside");
+  says(refusal(written(kRod, "", "groups: [a]\nparts: [{link: l2, group: a, points_m: [0, 1]}]\n")),
+       "parts[0]: 2 numbers in points_m, expected x y z of each point");
+  says(refusal(written(kRod, ", most_parts: 0")), "most_parts: 0 is outside");
 }
 
 }  // namespace

@@ -1,0 +1,301 @@
+#include "nodes/planner/part_checker.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "nodes/planner/collision.h"
+
+namespace mimesis::planner {
+namespace {
+
+constexpr double kRounding = 1e-5;  // [m]
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+math::ConvexPart box_part(const kin::Box& box) {
+  math::ConvexPart part{Eigen::MatrixX3d(8, 3)};
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d sign(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+    part.points.row(i) = (box.center + sign.cwiseProduct(box.half_extent)).transpose();
+  }
+  return part;
+}
+
+kin::SafetyPart ball_part(int frame, int group, const Eigen::Vector3d& center, double radius) {
+  return {frame, group, {center.transpose(), radius}, {{center, radius}}};
+}
+
+/// Balls held by one around the box of their centres.
+math::RoundBound around(const std::vector<math::RoundBound>& balls) {
+  Eigen::AlignedBox3d box;
+  for (const math::RoundBound& ball : balls) box.extend(ball.center);
+  math::RoundBound out{box.center(), 0.0};
+  for (const math::RoundBound& ball : balls)
+    out.radius = std::max(out.radius, (ball.center - out.center).norm() + ball.radius);
+  return out;
+}
+
+}  // namespace
+
+PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m)
+    : arm_(arm), margin_(margin_m + kRounding) {
+  int hand = arm.balls.empty() ? 0 : arm.balls.back().group;
+  for (const kin::SafetyBall& ball : arm.balls)
+    if (ball.frame == arm.dof()) hand = ball.group;
+  for (kin::SafetyPart& part : kin::deciding_parts(arm)) {
+    const bool is_ball = part.shape.points.rows() == 1;
+    const std::string& group = arm.groups[static_cast<std::size_t>(part.group)];
+    std::string name =
+        (is_ball ? "ball " : "part ") + std::to_string(parts_.size()) + " (" + group + ")";
+    add(std::move(part), std::move(name), false, false, false);
+  }
+  for (const kin::Ball& ball : obstacles.held)
+    add(ball_part(arm.dof(), hand, arm.X_LE * ball.center, ball.radius), "the held object", true,
+        false, false);
+  for (const kin::Ball& ball : obstacles.balls)
+    add(ball_part(0, -1, ball.center, ball.radius), "the obstacle ball at " + in_mm(ball.center),
+        false, true, false);
+  for (const bool support : {false, true}) {
+    for (const kin::Box& box : support ? obstacles.supports : obstacles.boxes) {
+      kin::SafetyPart part{0, -1, box_part(box), {math::round_bound(box_part(box))}};
+      add(std::move(part), in_words(box), false, true, support);
+    }
+  }
+  for (Body& body : bodies_) {
+    for (const std::size_t part : body.parts) {
+      const std::vector<math::RoundBound>& cover = parts_[part].shape.cover;
+      body.cover.insert(body.cover.end(), cover.begin(), cover.end());
+    }
+    body.around = around(body.cover);
+    // From the body inwards: its farthest point from the origin of a frame, then from the axis.
+    double reach = body.around.center.norm() + body.around.radius;
+    body.lever_m.resize(static_cast<std::size_t>(body.frame));
+    for (std::size_t j = body.lever_m.size(); j-- > 0;) {
+      const kin::DhLink& link = arm.links[j];
+      const auto joint = static_cast<Eigen::Index>(j);
+      const double slide =
+          link.slides ? std::max(std::abs(arm.q_min[joint]), std::abs(arm.q_max[joint])) : 0.0;
+      const double longer = std::hypot(link.a, std::abs(link.d) + slide);
+      body.lever_m[j] = link.slides ? 1.0 : reach + (link.modified ? 0.0 : longer);
+      reach += longer;
+    }
+  }
+  for (std::size_t a = 0; a < bodies_.size(); ++a) {
+    const Body& one = bodies_[a];
+    const bool faces = one.held || std::ranges::count(arm.env_groups, one.group) > 0;
+    for (std::size_t b = 0; b < bodies_.size() && !one.obstacle; ++b) {
+      const Body& other = bodies_[b];
+      if (other.obstacle) {
+        if (faces && !(one.held && other.support)) pairs_.push_back(Pair{b, a});
+      } else if (std::ranges::count(arm.self_pairs, std::pair(one.group, other.group)) > 0) {
+        pairs_.push_back(one.frame <= other.frame ? Pair{a, b} : Pair{b, a});
+      }
+    }
+  }
+  for (const kin::SafetyLink& link : arm.part_links) {
+    const auto all_of = [&](const Body& body) {
+      return body.parts.size() > 1 && body.parts.front() == link.begin &&
+             body.parts.size() == link.end - link.begin;
+    };
+    const auto body = std::ranges::find_if(bodies_, all_of);
+    if (body != bodies_.end()) body->hull = &link.hull;
+  }
+  for (Pair& pair : pairs_)
+    pair.parts_apart.assign(bodies_[pair.inner].parts.size() * bodies_[pair.outer].parts.size(),
+                            Eigen::Vector3d::Zero());
+  centers_.resize(bodies_.size());
+  most_motion_.resize(bodies_.size());
+  motion_.resize(parts_.size());
+  body_motion_.resize(bodies_.size());
+  origins_.resize(arm.links.size());
+  directions_.resize(arm.links.size());
+}
+
+void PartChecker::add(kin::SafetyPart shape, std::string name, bool held, bool obstacle,
+                      bool support) {
+  const auto same = [&](const Body& body) {
+    return !obstacle && !body.obstacle && body.frame == shape.frame && body.group == shape.group &&
+           body.held == held;
+  };
+  auto body = std::ranges::find_if(bodies_, same);
+  if (body == bodies_.end())
+    body = bodies_.insert(body, {shape.frame, shape.group, held, obstacle, support});
+  body->parts.push_back(parts_.size());
+  const math::RoundBound whole = around(shape.cover);
+  parts_.push_back({std::move(shape), std::move(name), held, whole});
+}
+
+void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  kin::forward(arm_, q, frames_);
+  for (std::size_t j = 0; j < origins_.size(); ++j) {
+    const Eigen::Isometry3d axis = frames_[j] * arm_.links[j].before_joint();
+    origins_[j] = axis.translation();
+    directions_[j] = axis.linear().col(2);
+  }
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    centers_[i] = body.obstacle
+                      ? body.around.center
+                      : frames_[static_cast<std::size_t>(body.frame)] * body.around.center;
+    most_motion_[i] = 0.0;
+    for (std::size_t j = 0; j < body.lever_m.size(); ++j)
+      most_motion_[i] += body.lever_m[j] * deviation_[static_cast<Eigen::Index>(j)];
+  }
+  for (auto* all : {&motion_, &body_motion_})
+    for (std::vector<double>& known : *all) known.clear();
+}
+
+/// D of BatchChecker::judge_motions, of balls in one frame.
+double PartChecker::motion(const std::vector<math::RoundBound>& cover, std::vector<double>& known,
+                           std::size_t frame, std::size_t relative_to) const {
+  if (!known.empty()) return known[relative_to];
+  known.assign(frame + 1, 0.0);
+  double moved = 0.0;
+  for (std::size_t j = frame; j-- > 0;) {
+    double reach = 0.0;
+    for (const math::RoundBound& ball : cover) {
+      const Eigen::Vector3d from_axis = frames_[frame] * ball.center - origins_[j];
+      reach = std::max(reach, from_axis.cross(directions_[j]).norm() + ball.radius);
+    }
+    if (arm_.links[j].slides) reach = 1.0 - moved;
+    known[j] = moved += (reach + moved) * deviation_[static_cast<Eigen::Index>(j)];
+  }
+  return known[relative_to];
+}
+
+Eigen::Isometry3d PartChecker::between(const Body& inner, const Body& outer) const {
+  const Eigen::Isometry3d& X_WO = frames_[static_cast<std::size_t>(outer.frame)];
+  if (inner.obstacle) return X_WO;
+  const Eigen::Isometry3d& X_WI = frames_[static_cast<std::size_t>(inner.frame)];
+  return X_WI.inverse(Eigen::Isometry) * X_WO;
+}
+
+PartChecker::Verdict PartChecker::judge(const Eigen::Ref<const Eigen::VectorXd>& q,
+                                        const Eigen::Ref<const Eigen::VectorXd>& deviation) {
+  deviation_ = deviation.cwiseAbs();
+  place(q);
+  Verdict verdict = Verdict::free;
+  for (Pair& pair : pairs_) {
+    if (pair.settled) {
+      const Eigen::Index first = bodies_[pair.inner].frame, n = pair.lo.size();
+      const auto at = q.segment(first, n).array();
+      const auto by = deviation_.segment(first, n).array();
+      if ((at - by >= pair.lo.array()).all() && (at + by <= pair.hi.array()).all()) continue;
+    }
+    if (touches(pair, verdict)) return Verdict::touches;
+  }
+  return verdict;
+}
+
+void PartChecker::expect(const Eigen::Ref<const Eigen::VectorXd>& lo,
+                         const Eigen::Ref<const Eigen::VectorXd>& hi) {
+  constexpr int kMostJoints = 3;
+  constexpr double kWider = 0.1;  // [rad]
+  for (Pair& pair : pairs_) {
+    const Body &inner = bodies_[pair.inner], &outer = bodies_[pair.outer];
+    const Eigen::Index n = outer.frame - inner.frame;
+    if (inner.obstacle || n < 1 || n > kMostJoints) continue;
+    const auto low = lo.segment(inner.frame, n), high = hi.segment(inner.frame, n);
+    const bool in_box = pair.lo.size() > 0 && (low.array() >= pair.lo.array()).all() &&
+                        (high.array() <= pair.hi.array()).all();
+    if (in_box) continue;
+    pair.lo = low.array() - kWider;
+    pair.hi = high.array() + kWider;
+    pair.settled = free_in_box(pair, 0.5 * (lo + hi));
+  }
+}
+
+bool PartChecker::free_in_box(Pair& pair, const Eigen::VectorXd& middle) {
+  constexpr std::size_t kMostBoxes = 256;
+  const Body& outer = bodies_[pair.outer];
+  const Eigen::Index first = bodies_[pair.inner].frame, n = pair.lo.size();
+  Eigen::VectorXd q = middle;
+  deviation_ = Eigen::VectorXd::Zero(q.size());
+  std::vector<std::pair<Eigen::VectorXd, Eigen::VectorXd>> open{{pair.lo, pair.hi}};
+  for (std::size_t next = 0; next < open.size(); ++next) {
+    const auto [lo, hi] = open[next];
+    q.segment(first, n) = 0.5 * (lo + hi);
+    deviation_.segment(first, n) = 0.5 * (hi - lo);
+    place(q);
+    Verdict verdict = Verdict::free;
+    if (touches(pair, verdict)) return false;
+    if (verdict == Verdict::free) continue;
+    if (open.size() + 2 > kMostBoxes) return false;
+    Eigen::Index widest = 0;
+    const auto levers = Eigen::VectorXd::Map(outer.lever_m.data() + first, n);
+    (hi - lo).cwiseProduct(levers).maxCoeff(&widest);
+    auto lower = hi, upper = lo;
+    lower[widest] = upper[widest] = q[first + widest];
+    open.emplace_back(lo, lower);
+    open.emplace_back(upper, hi);
+  }
+  return true;
+}
+
+/// @param verdict  becomes near if something may touch during the motion
+bool PartChecker::touches(Pair& pair, Verdict& verdict) {
+  const std::size_t o = pair.outer;
+  const Body &inner = bodies_[pair.inner], &outer = bodies_[o];
+  const double apart = (centers_[pair.inner] - centers_[o]).norm() - inner.around.radius -
+                       outer.around.radius - margin_;
+  if (apart >= most_motion_[o]) return false;
+  const auto frame = static_cast<std::size_t>(outer.frame),
+             below = static_cast<std::size_t>(inner.frame);
+  const double all_moved = motion(outer.cover, body_motion_[o], frame, below);
+  if (apart >= all_moved) return false;
+  const Eigen::Isometry3d X_IO = between(inner, outer);
+  if (inner.hull != nullptr || outer.hull != nullptr) {
+    const auto hull_of = [this](const Body& body) -> const math::ConvexPart* {
+      return body.hull != nullptr    ? body.hull
+             : body.parts.size() > 1 ? nullptr
+                                     : &parts_[body.parts.front()].shape.shape;
+    };
+    const math::ConvexPart *a = hull_of(inner), *b = hull_of(outer);
+    const double far = margin_ + all_moved;
+    if (a != nullptr && b != nullptr &&
+        math::gap_between(*a, *b, X_IO, -kNoLimit, far, pair.apart).at_least >= far)
+      return false;
+  }
+  std::size_t index = 0;
+  for (const std::size_t b : outer.parts) {
+    const math::RoundBound& round_b = parts_[b].around;
+    const Eigen::Vector3d center_b = X_IO * round_b.center;
+    for (const std::size_t a : inner.parts) {
+      Eigen::Vector3d& direction = pair.parts_apart[index++];
+      const math::RoundBound& round_a = parts_[a].around;
+      const double rough =
+          (center_b - round_a.center).norm() - round_a.radius - round_b.radius - margin_;
+      if (rough >= all_moved) continue;
+      const double moved = motion(parts_[b].shape.cover, motion_[b], frame, below);
+      if (rough >= moved) continue;
+      const double far = margin_ + moved;
+      const math::Gap gap = math::gap_between(parts_[a].shape.shape, parts_[b].shape.shape, X_IO,
+                                              margin_, far, direction);
+      if (gap.at_most < margin_) return true;
+      if (gap.at_least < far) verdict = Verdict::near;
+    }
+  }
+  return false;
+}
+
+std::string PartChecker::nearest(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  deviation_ = Eigen::VectorXd::Zero(q.size());
+  place(q);
+  double least = std::numeric_limits<double>::infinity();
+  std::string words;
+  for (const Pair& pair : pairs_) {
+    const Body &inner = bodies_[pair.inner], &outer = bodies_[pair.outer];
+    const Eigen::Isometry3d X_IO = between(inner, outer);
+    for (const std::size_t a : inner.parts) {
+      for (const std::size_t b : outer.parts) {
+        const double gap =
+            math::gap_between(parts_[a].shape.shape, parts_[b].shape.shape, X_IO).at_most;
+        if (gap >= least) continue;
+        least = gap;
+        words = parts_[b].name + " touches " + parts_[a].name;
+      }
+    }
+  }
+  return words;
+}
+
+}  // namespace mimesis::planner

@@ -1,0 +1,82 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "nodes/planner/batch_checker.h"
+
+namespace mimesis::planner {
+
+/// Convex parts of an arm, in double precision: what decides where balls of BatchChecker touch. Two
+/// things touch if they are nearer than `margin_m`.
+class PartChecker {
+ public:
+  /// The arm is not copied: it must outlive the checker.
+  PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m);
+
+  enum class Verdict : std::uint8_t {
+    free,     ///< proven of the whole motion
+    near,     ///< of the posture; something may touch during the motion
+    touches,  ///< the posture
+  };
+  /// Posture q with all motions of the joints by ±deviation around it, both n [rad]. Of the motion,
+  /// a part moves as BatchChecker::judge_motions says, with the balls that cover it.
+  Verdict judge(const Eigen::Ref<const Eigen::VectorXd>& q,
+                const Eigen::Ref<const Eigen::VectorXd>& deviation);
+  /// Postures between lo and hi, n [rad], will be asked for: pairs of own links with few joints
+  /// between them, which often are near each other all the time, are proven free once for a larger
+  /// box of these joints, and not looked at again while the postures stay in it.
+  void expect(const Eigen::Ref<const Eigen::VectorXd>& lo,
+              const Eigen::Ref<const Eigen::VectorXd>& hi);
+  /// The nearest pair at posture q: "part 3 (hand) touches the high stand".
+  std::string nearest(const Eigen::Ref<const Eigen::VectorXd>& q);
+
+ private:
+  struct Part {
+    kin::SafetyPart shape;  // in its frame, or in W
+    std::string name;
+    bool held = false;
+    math::RoundBound around{};  // the cover
+  };
+  /// Parts of a frame and group, or one obstacle.
+  struct Body {
+    int frame = 0, group = 0;
+    bool held = false, obstacle = false, support = false;
+    std::vector<std::size_t> parts{};
+    const math::ConvexPart* hull = nullptr;  // around several parts; none: all are looked at
+    std::vector<math::RoundBound> cover{};
+    math::RoundBound around{};
+    std::vector<double>
+        lever_m{};  // its farthest point is at most so far from axes below its frame
+  };
+  struct Pair {
+    std::size_t inner, outer;                         // bodies; an obstacle is the inner one
+    Eigen::Vector3d apart = Eigen::Vector3d::Zero();  // direction in which hulls were
+    std::vector<Eigen::Vector3d> parts_apart{};
+    Eigen::VectorXd lo{}, hi{};  // of the joints between the links: the box that was looked at last
+    bool settled = false;        // free in all of it
+  };
+  void add(kin::SafetyPart shape, std::string name, bool held, bool obstacle, bool support);
+  void place(const Eigen::Ref<const Eigen::VectorXd>& q);
+  double motion(const std::vector<math::RoundBound>& cover, std::vector<double>& known,
+                std::size_t frame, std::size_t relative_to) const;
+  bool touches(Pair& pair, Verdict& verdict);
+  bool free_in_box(Pair& pair, const Eigen::VectorXd& q);
+  Eigen::Isometry3d between(const Body& inner, const Body& outer) const;
+
+  const kin::ArmModel& arm_;
+  double margin_;
+  std::vector<Part> parts_;
+  std::vector<Body> bodies_;
+  std::vector<Pair> pairs_;
+
+  // Scratch, of the posture at hand.
+  std::vector<Eigen::Isometry3d> frames_;
+  std::vector<Eigen::Vector3d> origins_, directions_;  // of the joints' axes
+  Eigen::VectorXd deviation_;
+  std::vector<Eigen::Vector3d> centers_;  // of bodies
+  std::vector<double> most_motion_;       // of bodies
+  // [part or body][relative to frame]; empty: not known yet
+  std::vector<std::vector<double>> motion_, body_motion_;
+};
+
+}  // namespace mimesis::planner
