@@ -86,8 +86,9 @@ struct Contact {
 
 /// Counts collisions of arm and object with the table, with each other and of the arm with itself,
 /// by safety balls [M18 2.3.2]: two bodies collide if a ball of one is nearer to a ball (or box) of
-/// the other than the sum of the radii. Bodies are the arm's groups, the object, the bar and
-/// each box. A contact of two bodies counts once, from the first overlap until they part.
+/// the other than the sum of the radii; a ball of a convex part only if the part does, too. Bodies
+/// are the arm's groups, the object, the bar and each box. A contact of two bodies counts once,
+/// from the first overlap until they part.
 class CollisionMonitor {
  public:
   CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table)
@@ -104,6 +105,14 @@ class CollisionMonitor {
       parts_.push_back(
           {group, Eigen::Vector3d::Zero(), arm_.balls[i].radius,
            arm_.groups[static_cast<std::size_t>(group)] + " ball " + std::to_string(i)});
+    }
+    std::size_t next = 0;  // the balls of parts are in the order of parts
+    for (std::size_t k = 0; k < arm_.parts.size(); ++k) {
+      for (std::size_t i = 0; i < arm_.parts[k].cover.size(); ++next) {
+        if (!arm_.balls[next].of_part) continue;
+        parts_[next].shape = static_cast<int>(k);
+        ++i;
+      }
     }
   }
 
@@ -134,6 +143,7 @@ class CollisionMonitor {
     Eigen::Vector3d center;
     double radius;
     std::string name;
+    int shape = -1;  // of the arm's parts: that which the ball covers some of
   };
   struct Overlap {
     double depth;  // > 0: overlap
@@ -141,6 +151,7 @@ class CollisionMonitor {
   };
 
   void place(const std::vector<Eigen::Isometry3d>& X, const ObjectInScene& object) {
+    X_ = X;
     kin::ball_centers(arm_, X, centers_);
     parts_.resize(arm_.balls.size());
     for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -151,6 +162,36 @@ class CollisionMonitor {
       parts_.push_back({object_, ball.center, ball.radius, "object"});
     }
   }
+  /// The depth of a ball in `other`, in W; of a ball of a part only if the part is in it.
+  double depth_of(const Part& part, double ball_depth, const math::ConvexPart& other) const {
+    if (part.shape < 0 || ball_depth < -kRelease_m) return ball_depth;
+    const kin::SafetyPart& shape = arm_.parts[static_cast<std::size_t>(part.shape)];
+    const Eigen::Isometry3d& X_WF = X_[static_cast<std::size_t>(shape.frame)];
+    const double gap = math::gap_between(shape.shape, other, X_WF.inverse()).at_most;
+    return gap > 1e-6 ? std::min(ball_depth, -gap) : ball_depth;
+  }
+  /// What a ball stands for, in W.
+  math::ConvexPart shape_of(const Part& part) const {
+    if (part.shape < 0) return {part.center.transpose(), part.radius};
+    const kin::SafetyPart& shape = arm_.parts[static_cast<std::size_t>(part.shape)];
+    const Eigen::Isometry3d& X_WF = X_[static_cast<std::size_t>(shape.frame)];
+    const Eigen::Matrix3Xd points = X_WF * shape.shape.points.transpose().colwise().homogeneous();
+    return {points.transpose(), shape.shape.radius};
+  }
+  static math::ConvexPart hull_of(const std::vector<kin::Ball>& points, double radius) {
+    math::ConvexPart hull{Eigen::MatrixX3d(std::ssize(points), 3), radius};
+    for (Eigen::Index i = 0; i < hull.points.rows(); ++i)
+      hull.points.row(i) = points[static_cast<std::size_t>(i)].center.transpose();
+    return hull;
+  }
+  static math::ConvexPart hull_of(const kin::Box& box) {
+    std::vector<kin::Ball> corners(8);
+    for (int i = 0; i < 8; ++i)
+      corners[static_cast<std::size_t>(i)].center =
+          box.center + box.half_extent.cwiseProduct(
+                           Eigen::Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+    return hull_of(corners, 0.0);
+  }
   void meet_table(const Part& part) {
     const bool is_object = part.body == object_;
     if (!is_object && std::find(arm_.env_groups.begin(), arm_.env_groups.end(), part.body) ==
@@ -158,12 +199,14 @@ class CollisionMonitor {
       return;
     }
     for (const kin::Ball& ball : table_.balls) {
-      note(part.body, bar_, part.radius + ball.radius - (part.center - ball.center).norm(),
+      const double depth = part.radius + ball.radius - (part.center - ball.center).norm();
+      note(part.body, bar_, depth_of(part, depth, {ball.center.transpose(), ball.radius}),
            part.name, "bar");
     }
     for (std::size_t k = 0; k < table_.boxes.size(); ++k) {
       const kin::Box& box = table_.boxes[k];
-      const double depth = part.radius - signed_distance(box, part.center);
+      double depth = part.radius - signed_distance(box, part.center);
+      if (part.shape >= 0) depth = depth_of(part, depth, hull_of(box));
       note(part.body, first_box_ + static_cast<int>(k), depth - (is_object ? kSupport_m : 0.0),
            part.name, box.name);
     }
@@ -174,8 +217,11 @@ class CollisionMonitor {
         if (first.body != a) continue;
         for (const Part& second : parts_) {
           if (second.body != b) continue;
-          note(a, b, first.radius + second.radius - (first.center - second.center).norm(),
-               first.name, second.name);
+          double depth = first.radius + second.radius - (first.center - second.center).norm();
+          if (depth >= -kRelease_m && (first.shape >= 0 || second.shape >= 0))
+            depth = first.shape >= 0 ? depth_of(first, depth, shape_of(second))
+                                     : depth_of(second, depth, shape_of(first));
+          note(a, b, depth, first.name, second.name);
         }
       }
     }
@@ -185,7 +231,9 @@ class CollisionMonitor {
     for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
       const Part& part = parts_[i];
       if (hand_may_touch && part.body == hand_) continue;
-      const double depth = part.radius - signed_distance(object.cylinder, part.center);
+      double depth = part.radius - signed_distance(object.cylinder, part.center);
+      if (part.shape >= 0)
+        depth = depth_of(part, depth, hull_of(covering_balls(object.cylinder), 0.0));
       note(part.body, object_, depth, part.name, "object");
       if (!object.held && depth > push_.depth) push_ = {part.name, depth};
     }
@@ -212,6 +260,7 @@ class CollisionMonitor {
   int object_, bar_, first_box_;  // numbers of the bodies after the arm's groups
   int hand_ = -1;                 // the group that the last link carries
   std::vector<Part> parts_;       // arm, then the held object
+  std::vector<Eigen::Isometry3d> X_;
   Eigen::Matrix3Xd centers_;
   std::map<std::pair<int, int>, Overlap> now_;  // deepest overlap or nearest miss of two bodies
   std::map<std::pair<int, int>, bool> touching_;

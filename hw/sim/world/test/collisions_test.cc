@@ -78,6 +78,32 @@ TEST(Collisions, TouchingBeginsAtTheSumOfRadiiAndEndsOneMillimetreAway) {
   EXPECT_EQ(scene.monitor.count(), 2);
 }
 
+/// The balls of a part may reach into what the part does not touch.
+TEST(Collisions, PartsDecideForTheirBalls) {
+  kin::ArmModel thin = arm();
+  kin::SafetyBall& ball = thin.balls[1];
+  kin::SafetyPart rod;
+  rod.frame = ball.frame;
+  rod.group = ball.group;
+  rod.shape.points.resize(2, 3);
+  rod.shape.points.row(0) = rod.shape.points.row(1) = ball.center.transpose();
+  rod.shape.points(0, 2) -= 0.5 * ball.radius;
+  rod.shape.points(1, 2) += 0.5 * ball.radius;
+  rod.cover = {{ball.center, ball.radius}};
+  ball.of_part = true;
+  thin.parts = {rod};
+  CollisionMonitor monitor(thin, table());
+  std::vector<Eigen::Isometry3d> X;
+  const auto turn_to = [&](double q) {
+    kin::forward(thin, Eigen::VectorXd::Constant(1, q), X);
+    monitor.update(X, object());
+  };
+  turn_to(std::acos(0.14 / 0.5));  // the ball is in the shelf, the rod 90 mm beside it
+  EXPECT_EQ(monitor.count(), 0);
+  turn_to(std::acos(0.04 / 0.5));
+  EXPECT_EQ(monitor.count(), 1);
+}
+
 TEST(Collisions, AllBallsOfTheBarAreOneBody) {
   Scene scene;
   scene.turn_to(-M_PI / 2);
