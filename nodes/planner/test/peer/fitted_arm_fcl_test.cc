@@ -336,7 +336,7 @@ INSTANTIATE_TEST_SUITE_P(Robots, PublicArms,
                                                      ""},
                                            PublicArm{"panda_description/urdf/panda.urdf", "", ""},
                                            PublicArm{"tiago_description/robots/tiago_no_hand.urdf",
-                                                     "torso_lift_link", ""},
+                                                     "torso_lift_link", "", "arm_7_link"},
                                            PublicArm{"talos_data/robots/talos_reduced.urdf",
                                                      "torso_2_link", "gripper_right_base_link"}));
 
