@@ -149,8 +149,7 @@ std::vector<Vector3d> corners_of(const std::vector<Triangle>& surface) {
   for (const Triangle& t : surface) points.insert(points.end(), t.begin(), t.end());
   const auto key = [](const Vector3d& p) { return std::tuple(p.x(), p.y(), p.z()); };
   std::ranges::sort(points, {}, key);
-  const auto same = std::ranges::unique(points);
-  points.erase(same.begin(), same.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
 }
 
