@@ -265,6 +265,40 @@ TEST(ConvexParts, HoldWhatIsNotConvexAndFollowIt) {
   }
 }
 
+/// A star of eight points: its pieces meet inside, where no surface is.
+TEST(ConvexParts, HoldTheMiddleOfWhatIsCutInEight) {
+  Draw draw(23);
+  const double tip = 0.1, dent = 0.05;
+  std::vector<Triangle> star;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      const auto at = [&](int i) {  // around a face: four tips, and what is between them
+        constexpr std::array<int, 9> kRound{1, 1, 0, -1, -1, -1, 0, 1, 1};
+        const int u = kRound[static_cast<std::size_t>(i)],
+                  v = kRound[static_cast<std::size_t>((i + 6) % 8)];
+        const double out = u != 0 && v != 0 ? tip : dent;
+        Vector3d p;
+        p[axis] = side * out;
+        p[(axis + 1) % 3] = side * u * out;
+        p[(axis + 2) % 3] = v * out;
+        return p;
+      };
+      for (int i = 0; i < 8; ++i)
+        star.push_back({at(i), at((i + 1) % 8), side * dent * Vector3d::Unit(axis)});
+    }
+  }
+  const std::vector<Solid> solids{
+      {.kind = Kind::mesh, .mesh = std::make_shared<const TriangleMesh>(star)}};
+  EXPECT_LT(signed_distance(solids, Vector3d::Zero()), -0.03);
+  const auto parts = convex_parts(solids, {.tolerance_m = 0.005, .most_parts = 60});
+  EXPECT_GE(parts.size(), 8u);
+  double worst = -1e9;
+  for (int i = 0; i < 20'000; ++i)
+    worst = std::max(worst, outside(parts, Vector3d(draw.in(-dent, dent), draw.in(-dent, dent),
+                                                    draw.in(-dent, dent))));
+  EXPECT_LE(worst, 2e-6);
+}
+
 TEST(ConvexParts, HoldMeshesOfSeveralBodiesAndWithMissingFaces) {
   Draw draw(13);
   const Solid a = draw.solid(Kind::box), b = draw.solid(Kind::box);

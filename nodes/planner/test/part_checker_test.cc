@@ -157,6 +157,39 @@ TEST_F(Parts, StopsAreNeverContradicted) {
   EXPECT_GT(certified, 60);
 }
 
+/// A tip that meets the base where the arm is folded, within 3 degrees: a box of both joints that
+/// is too large to be decided settles nothing, nor does one in which they touch.
+TEST(PartChecker, BoxesOfJointsHideNothing) {
+  kin::ArmModel arm;
+  arm.links = {{.a = 0.5}, {.a = 0.5}};
+  arm.q_max = Eigen::Vector2d(3.3, 3.3);
+  arm.q_min = -arm.q_max;
+  arm.groups = {"base", "tip"};
+  arm.self_pairs = {{0, 1}};
+  for (const int frame : {0, 2}) {
+    kin::SafetyPart part;
+    part.frame = frame;
+    part.group = frame / 2;
+    part.shape.points.resize(2, 3);
+    part.shape.points.setZero();
+    part.shape.points(0, 2) = -0.01;
+    part.shape.points(1, 2) = 0.01;
+    part.shape.radius = 0.01;
+    part.cover = {{Vector3d::Zero(), 0.021}};
+    arm.parts.push_back(std::move(part));
+  }
+  PartChecker checker(arm, {}, kPartMargin);
+  const VectorXd still = VectorXd::Zero(2);
+  const Eigen::Vector2d folded(0.2, M_PI), open(0.2, 1.5);
+  checker.expect(arm.q_min, arm.q_max);
+  EXPECT_EQ(checker.judge(folded, still), PartChecker::Verdict::touches);
+  EXPECT_EQ(checker.judge(open, still), PartChecker::Verdict::free);
+  checker.expect(open.array() - 0.1, open.array() + 0.1);
+  EXPECT_EQ(checker.judge(folded, still), PartChecker::Verdict::touches) << "not in the box";
+  checker.expect(folded.array() - 0.1, folded.array() + 0.1);
+  EXPECT_EQ(checker.judge(folded, still), PartChecker::Verdict::touches);
+}
+
 TEST_F(Parts, NamesThePartAndWhatItTouches) {
   around_ = {};
   around_.boxes = {{kin::end_effector(arm_, arm_.home).translation(), {0.05, 0.05, 0.05}, "shelf"}};
