@@ -59,9 +59,9 @@ Eigen::Isometry3d pose(const TiXmlElement* origin) {
 }
 
 fs::path mesh_file(const fs::path& urdf, std::string name) {
-  for (const std::string scheme : {"package://", "model://"}) {
-    if (!name.starts_with(scheme)) continue;
-    name.erase(0, scheme.size());
+  constexpr std::string_view kPackage = "package://";
+  if (name.starts_with(kPackage)) {
+    name.erase(0, kPackage.size());
     std::vector<fs::path> roots;
     for (fs::path up = fs::absolute(urdf).parent_path(); up.has_relative_path();
          up = up.parent_path())
