@@ -288,9 +288,8 @@ void add_robot(CLI::App& program, int& exit_code) {
                   "Time to full speed: a URDF has no accelerations")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
-  sub->add_option(
-         "--fitted-m", o->fitted_m,
-         "Parts may reach out of the links by this [0.006]; half of it takes twice the time")
+  sub->add_option("--fitted-m", o->fitted_m,
+                  "Parts may reach out of the links by this [0.006]; finer ones take longer")
       ->check(CLI::Range(0.001, 1.0));
   sub->add_flag("--force", o->force, "Replaces files that are there");
   sub->footer(
