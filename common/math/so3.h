@@ -56,6 +56,14 @@ inline Eigen::Matrix3d rotation_onto(const Eigen::Vector3d& from, const Eigen::V
   return q.toRotationMatrix();
 }
 
+/// Rz(yaw) Ry(pitch) Rx(roll), as in a URDF [rad].
+inline Eigen::Matrix3d rotation_of_rpy(const Eigen::Vector3d& rpy) {
+  using Eigen::AngleAxisd, Eigen::Vector3d;
+  return (AngleAxisd(rpy.z(), Vector3d::UnitZ()) * AngleAxisd(rpy.y(), Vector3d::UnitY()) *
+          AngleAxisd(rpy.x(), Vector3d::UnitX()))
+      .matrix();
+}
+
 /// Heading: angle about z from x to where the x axis of the rotation points, in [−π, π] rad.
 inline double yaw_of(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
 

@@ -34,7 +34,7 @@ const std::array<Known, 2> kKnown = {
     {{{task::Grip::precision, task::Transport::above, "high"}, "precision,above,high"},
      {{task::Grip::full, task::Transport::below, "low"}, "full,below,low"}}};
 
-class Table {
+class DrawnTable {
  public:
   /// The way with the object, joints x postures, and the length of the whole plan; empty without a
   /// plan.
@@ -85,7 +85,7 @@ void show(Imitator& robot, const char* sequence) {
 
 Report learned_bundles(const PlotDir&) {
   Report report;
-  const Table table;
+  const DrawnTable table;
   Imitator robot({}, load_network("bundle_fields.yaml"));
   int silent = 0;
   for (const Known& known : kKnown) {

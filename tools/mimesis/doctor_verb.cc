@@ -213,7 +213,7 @@ int doctor(bool json, bool quick) {
                      sockets(), open_files(), can_interfaces(), disk(), versions(), graphs()});
   }
   auto list = nlohmann::ordered_json::array();
-  Table table({"CHECK", "STATE", "FOUND"});
+  TextTable table({"CHECK", "STATE", "FOUND"});
   for (const Finding& f : findings) {
     list.push_back({{"check", f.check},
                     {"state", kWords.at(f.state)},

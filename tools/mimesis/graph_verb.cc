@@ -14,7 +14,7 @@ namespace {
 
 int list_graphs(bool json) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  Table table({"GRAPH", "NODES", "READY", "CLOCK"});
+  TextTable table({"GRAPH", "NODES", "READY", "CLOCK"});
   for (const std::string& graph : running_graphs()) {
     const auto nodes = runtime::GraphView(graph).nodes();
     const auto ready = std::ranges::count_if(nodes, &v1::NodeInfo::ready);

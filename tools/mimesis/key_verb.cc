@@ -43,7 +43,7 @@ int list_keys(const std::string& graph, bool json) {
     if (!node.public_key().empty()) nodes[node.public_key()].push_back(node.name());
   }
   Json all = Json::array();
-  Table table({"HOST", "KEY", "NODES"});
+  TextTable table({"HOST", "KEY", "NODES"});
   for (const auto& [key, name] : runtime::trusted_keys()) {
     all.push_back({{"host", name}, {"key", key}, {"nodes", nodes[key]}});
     table.row({name, key, fmt::format("{}", fmt::join(nodes[key], " "))});

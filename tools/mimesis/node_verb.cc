@@ -48,7 +48,7 @@ int list_nodes(const std::string& graph, bool json) {
     std::cerr << "graph '" << graph << "' has no nodes\n";
     return 0;
   }
-  Table table({"NODE", "PID", "STATE", "CLOCK", "IN", "OUT", "HOST"});
+  TextTable table({"NODE", "PID", "STATE", "CLOCK", "IN", "OUT", "HOST"});
   for (const v1::NodeInfo& node : nodes) {
     table.row({node.name(), std::to_string(node.pid()), node.ready() ? "ready" : "starting",
                node.clock(), std::to_string(node.inputs_size()),
@@ -70,7 +70,7 @@ int node_info(const GraphOptions& options, const std::string& name) {
   std::cout << fmt::format(
       "node     {}\nprogram  {}\nprocess  {} on {}\nclock    {}\nstarted  {}\n", node->name(),
       node->executable(), node->pid(), node->host(), node->clock(), human_time(node->started_ns()));
-  Table table({"", "PORT", "TOPIC", "TYPE", "POLICY"});
+  TextTable table({"", "PORT", "TOPIC", "TYPE", "POLICY"});
   for (const v1::TopicInfo& in : node->inputs()) {
     if (in.port().starts_with('.')) continue;  // the runtime's
     table.row({"in", in.port(), in.topic().empty() ? "(not wired)" : in.topic(), in.type(),

@@ -80,7 +80,7 @@ int list_params(const Options& options) {
   }
   if (nodes.empty()) std::cerr << "graph '" << options.graph << "' has no nodes with parameters\n";
   Json list = Json::array();
-  Table table({"PARAMETER", "VALUE", "UNIT", "ALLOWED", "CHANGE"});
+  TextTable table({"PARAMETER", "VALUE", "UNIT", "ALLOWED", "CHANGE"});
   for (const std::string& node : nodes) {
     const v1::ParamSet params = ask(options, node);
     for (const v1::Param& p : params.params()) {

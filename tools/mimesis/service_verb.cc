@@ -24,7 +24,7 @@ struct Options : GraphOptions {
 int list_services(const Options& options) {
   const auto nodes = runtime::GraphView(options.graph).nodes();
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  Table table({"SERVICE", "REQUEST", "RESPONSE"});
+  TextTable table({"SERVICE", "REQUEST", "RESPONSE"});
   for (const v1::NodeInfo& node : nodes) {
     for (const v1::ServiceInfo& s : node.services()) {
       list.push_back({{"service", s.service()},

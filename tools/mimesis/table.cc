@@ -25,13 +25,13 @@ std::size_t width(const std::string& text) {
 
 }  // namespace
 
-void Table::row(std::vector<std::string> cells) {
+void TextTable::row(std::vector<std::string> cells) {
   MIMESIS_ASSERT(cells.size() == rows_.front().size());
   for (std::string& cell : cells) cell = printable(cell);
   rows_.push_back(std::move(cells));
 }
 
-void Table::print(std::ostream& out, bool bold_heading) const {
+void TextTable::print(std::ostream& out, bool bold_heading) const {
   std::vector<std::size_t> widths(rows_.front().size(), 0);
   for (const auto& cells : rows_) {
     for (std::size_t i = 0; i < cells.size(); ++i) widths[i] = std::max(widths[i], width(cells[i]));

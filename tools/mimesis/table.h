@@ -12,9 +12,9 @@ namespace mimesis::tool {
 
 /// Columns for people: a heading, then rows, each column as wide as its widest cell. The heading is
 /// bold on a terminal unless NO_COLOR is set.
-class Table {
+class TextTable {
  public:
-  explicit Table(std::vector<std::string> heading) : rows_{std::move(heading)} {}
+  explicit TextTable(std::vector<std::string> heading) : rows_{std::move(heading)} {}
   /// Number of cells: that of the heading.
   void row(std::vector<std::string> cells);
   void print(std::ostream& out, bool bold_heading) const;

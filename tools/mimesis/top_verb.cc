@@ -334,8 +334,8 @@ class Top {
 
   void draw() const {
     std::ostringstream text;
-    Table table({"", "NODE", "STATE", "CPU", "MEMORY", "MSG/S", "STEP MEAN", "WORST", "LATE",
-                 "LATENCY P50", "P99", "QUEUE AGE", "INPUT AGE", "DROPPED", "BACKLOG"});
+    TextTable table({"", "NODE", "STATE", "CPU", "MEMORY", "MSG/S", "STEP MEAN", "WORST", "LATE",
+                     "LATENCY P50", "P99", "QUEUE AGE", "INPUT AGE", "DROPPED", "BACKLOG"});
     std::size_t row = 0;
     std::string warnings;
     for (const auto& [name, node] : nodes_) {
@@ -368,8 +368,8 @@ class Top {
   void draw_selected(std::ostream& text) const {
     if (nodes_.empty()) return;
     const auto& [name, node] = *std::next(nodes_.begin(), static_cast<std::ptrdiff_t>(selected_));
-    Table table({"INPUTS OF " + name, "MSG/S", "LATENCY P50", "P99", "QUEUED", "QUEUE AGE", "AGE",
-                 "LOST", "DROPPED", "REJECTED"});
+    TextTable table({"INPUTS OF " + name, "MSG/S", "LATENCY P50", "P99", "QUEUED", "QUEUE AGE",
+                     "AGE", "LOST", "DROPPED", "REJECTED"});
     const v1::Health health = node.health.value_or(v1::Health());
     for (const v1::InputHealth& in : health.inputs()) {
       const double any = in.received() > 0 ? 1.0 : -1.0;

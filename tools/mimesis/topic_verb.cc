@@ -85,7 +85,7 @@ int list_topics(const Options& options) {
     std::cerr << "graph '" << options.graph << "' has no topics\n";
     return 0;
   }
-  Table table({"TOPIC", "TYPE", "PUBLISHERS", "SUBSCRIBERS"});
+  TextTable table({"TOPIC", "TYPE", "PUBLISHERS", "SUBSCRIBERS"});
   for (const auto& [name, topic] : topics) {
     table.row({name, topic.type, fmt::format("{}", fmt::join(topic.publishers, ",")),
                fmt::format("{}", fmt::join(topic.subscribers, ","))});
@@ -313,7 +313,7 @@ int topic_info(const Options& options) {
   }
   std::cout << fmt::format("topic  {}{}\ntype   {}\n", options.topic, latched ? " (latched)" : "",
                            type);
-  Table table({"", "NODE", "PORT", "HOST", "POLICY"});
+  TextTable table({"", "NODE", "PORT", "HOST", "POLICY"});
   const auto text = [](const Json& entry, const char* key) {
     return entry[key].get<std::string>();
   };

@@ -38,7 +38,7 @@ void drop_short(Eigen::Ref<Eigen::Array<bool, 1, Eigen::Dynamic>> row, bool valu
 using Eigen::Index, Eigen::Matrix3Xd, Eigen::Vector3d;
 
 /// One foot over time: the free path and the ground points of `to` relative to the ankle, in W.
-struct Foot {
+struct FootPath {
   Matrix3Xd free;                  ///< ankle [m]
   std::array<Matrix3Xd, 2> point;  ///< heel and toe from the ankle [m]
   std::array<Eigen::Array<bool, 1, Eigen::Dynamic>, 2> stands;
@@ -47,11 +47,11 @@ struct Foot {
   double lowest(Index t) const { return std::min(point[0](2, t), point[1](2, t)); }
 };
 
-Foot make_foot(const mocap::BodyClip& recorded, const Ground& ground, double scale,
-               const mocap::Body& to, const Contacts& contacts, std::size_t side) {
+FootPath make_foot(const mocap::BodyClip& recorded, const Ground& ground, double scale,
+                   const mocap::Body& to, const Contacts& contacts, std::size_t side) {
   const Index frames = recorded.frames();
   const int ankle = side == 0 ? mocap::kLeftAnkle : mocap::kRightAnkle;
-  Foot foot{Matrix3Xd(3, frames), {Matrix3Xd(3, frames), Matrix3Xd(3, frames)}, {}};
+  FootPath foot{Matrix3Xd(3, frames), {Matrix3Xd(3, frames), Matrix3Xd(3, frames)}, {}};
   for (Index t = 0; t < frames; ++t) {
     const mocap::BodyPose pose = recorded.pose(t);
     const Eigen::Matrix3d& R = pose.R_WJ[static_cast<std::size_t>(ankle)];
@@ -71,7 +71,7 @@ Foot make_foot(const mocap::BodyClip& recorded, const Ground& ground, double sca
 }
 
 /// Offset of the free path during a stance from `first` to before `end`, so that its points stay.
-Matrix3Xd stance_offsets(const Foot& foot, Index first, Index end) {
+Matrix3Xd stance_offsets(const FootPath& foot, Index first, Index end) {
   Matrix3Xd offsets(3, end - first);
   std::size_t pivot = foot.stands[kHeel][first] ? kHeel : kToe;
   Vector3d place = foot.free.col(first) + foot.point[pivot].col(first);
@@ -90,7 +90,7 @@ Matrix3Xd stance_offsets(const Foot& foot, Index first, Index end) {
   return offsets;
 }
 
-Matrix3Xd path(const Foot& foot) {
+Matrix3Xd path(const FootPath& foot) {
   const Index frames = foot.free.cols();
   Matrix3Xd offset = Matrix3Xd::Zero(3, frames);
   Index last = -1;  // frame in which the stance before ended; none yet

@@ -10,8 +10,8 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "hw/sim/body/collision_shapes.h"
 #include "hw/sim/body/dart_body.h"
-#include "hw/sim/body/obstacles.h"
 #include "hw/sim/body/walk_judge.h"
 
 namespace mimesis::hw::sim {
@@ -68,7 +68,7 @@ struct BodyWorld::Impl {
   const robot::Biped biped;
   const BodyOptions options;
   DartBody body;
-  Obstacles obstacles;
+  CollisionShapes obstacles;
   Motors motors;
   JointLoads loads;
   SensorErrors errors;

@@ -122,7 +122,7 @@ std::string told(const Record& record, std::size_t at) {
 void print(const Record& record, std::size_t at) {
   const v1::Explanation& e = record.explanations[at];
   std::cout << told(record, at) << '\n' << record.asked[at];
-  Table table({"  FIELD", "SITE", "ACTIVE AFTER", "LEAD", "CARRIED BY"});
+  TextTable table({"  FIELD", "SITE", "ACTIVE AFTER", "LEAD", "CARRIED BY"});
   for (const v1::FieldReason& f : e.fields()) {
     std::string by;
     for (const v1::Influence& i : f.influences()) {
@@ -294,7 +294,7 @@ int run_fields(const RunOptions& options) {
   const auto active = present(fields, recall.empty() ? inputs : recall, options.seconds);
 
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  Table table({"FIELD", "ACTIVE AFTER", "AT THE END", "SITE", "MAX U"});
+  TextTable table({"FIELD", "ACTIVE AFTER", "AT THE END", "SITE", "MAX U"});
   for (std::size_t f = 0; f < a.fields.size(); ++f) {
     const cognition::Peaks peaks = cognition::read_peaks(fields, f);
     const std::string site =

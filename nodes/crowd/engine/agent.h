@@ -78,7 +78,7 @@ struct GroupSums {
 GroupSums operator+(const GroupSums& a, const GroupSums& b);
 
 /// Agents as structure of arrays, in rows ordered by (group, id).
-struct Table {
+struct AgentTable {
   std::vector<AgentId> id;
   std::vector<Role> role;
   // state
@@ -94,7 +94,7 @@ struct Table {
   int size() const { return static_cast<int>(id.size()); }
 
   template <class F>
-  static void for_each_column(Table& t, F&& f) {
+  static void for_each_column(AgentTable& t, F&& f) {
     f(t.id), f(t.role), f(t.x), f(t.y), f(t.heading), f(t.phase), f(t.vx), f(t.vy), f(t.length);
     f(t.phase_rate), f(t.heading_rate), f(t.smoothed), f(t.pressed), f(t.omega), f(t.place),
         f(t.lane);

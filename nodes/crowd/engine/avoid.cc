@@ -376,7 +376,7 @@ void Crowd::Impl::steer_row(int grid_row) {
         if (!is_ours(i) || !same(i)) continue;
         const Eigen::Vector2d p(grid.x[i], grid.y[i]);
         near.count = 0;
-        obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
+        obstacles.for_each_near(p, [&](const ObstacleGrid::Near& o) {
           const Eigen::Vector2d at = (o.distance_m + static_cast<double>(kObstacleDepth)) * o.n;
           if (!near.full()) near.add(at.x(), at.y(), 0.0F, 0.0F);
         });
@@ -555,7 +555,7 @@ Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fas
           meeting.feel(n, its, grid.pressed[j]);
         }
       });
-  obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
+  obstacles.for_each_near(p, [&](const ObstacleGrid::Near& o) {
     const double gap = o.distance_m - radius;
     meeting.meet(o.n, gap, lone_limit(gap - kSkin, s.headway_s, 0.0));
   });

@@ -106,7 +106,7 @@ std::string flaw_of(const AgentTraits& t) {
 
 std::string name_of(int group) { return "crowd: group " + std::to_string(group) + ", "; }
 
-double fastest(const Table& t, int first, int count) {
+double fastest(const AgentTable& t, int first, int count) {
   const auto begin = t.omega.begin() + first;
   return count > 0 ? *std::max_element(begin, begin + count) : 0.0;
 }
@@ -191,7 +191,7 @@ int Crowd::groups() const { return static_cast<int>(impl_->groups.size()); }
 
 void Crowd::add(int group, std::span<const Agent> agents) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
-  Table& table = impl_->table;
+  AgentTable& table = impl_->table;
   std::vector<Agent> sorted(agents.begin(), agents.end());
   std::ranges::sort(sorted, {}, &Agent::id);
   double omega = fastest(table, g.first, g.count);
@@ -274,7 +274,7 @@ std::optional<int> Crowd::group_of(AgentId id) const {
 }
 
 void Crowd::set_obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls) {
-  impl_->obstacles = Obstacles(pillars, walls, impl_->settings.avoid.reach_m);
+  impl_->obstacles = ObstacleGrid(pillars, walls, impl_->settings.avoid.reach_m);
 }
 
 void Crowd::set_outside(int group, const GroupSums& sums) {
@@ -312,13 +312,14 @@ GroupSums operator+(const GroupSums& a, const GroupSums& b) {
           first.leader,          first.leader_phase_rad};
 }
 
-std::size_t Table::bytes_per_row() const {
+std::size_t AgentTable::bytes_per_row() const {
   std::size_t bytes = 0;
-  for_each_column(const_cast<Table&>(*this), [&](auto& column) { bytes += sizeof(column[0]); });
+  for_each_column(const_cast<AgentTable&>(*this),
+                  [&](auto& column) { bytes += sizeof(column[0]); });
   return bytes;
 }
 
-Agent Table::get(int row) const {
+Agent AgentTable::get(int row) const {
   const auto i = static_cast<std::size_t>(row);
   Agent a{id[i], role[i], {}, {}};
   a.state = {{x[i], y[i]},  {vx[i], vy[i]},  heading[i],  phase[i],  length[i],
@@ -327,7 +328,7 @@ Agent Table::get(int row) const {
   return a;
 }
 
-void Table::set(int row, const Agent& agent) {
+void AgentTable::set(int row, const Agent& agent) {
   const auto i = static_cast<std::size_t>(row);
   id[i] = agent.id;
   role[i] = agent.role;
@@ -335,7 +336,7 @@ void Table::set(int row, const Agent& agent) {
   set_traits(row, agent.traits);
 }
 
-void Table::set_state(int row, const AgentState& s) {
+void AgentTable::set_state(int row, const AgentState& s) {
   const auto i = static_cast<std::size_t>(row);
   x[i] = s.position_W_m.x();
   y[i] = s.position_W_m.y();
@@ -350,7 +351,7 @@ void Table::set_state(int row, const AgentState& s) {
   smoothed[i] = s.smoothed_error_m;
 }
 
-void Table::set_traits(int row, const AgentTraits& t) {
+void AgentTable::set_traits(int row, const AgentTraits& t) {
   const auto i = static_cast<std::size_t>(row);
   omega[i] = t.omega_rad_s;
   stride[i] = static_cast<float>(t.stride);
@@ -361,7 +362,7 @@ void Table::set_traits(int row, const AgentTraits& t) {
   goal_y[i] = t.goal_W_m.y();
 }
 
-void Table::merge(int first, int count, std::span<const Agent> sorted) {
+void AgentTable::merge(int first, int count, std::span<const Agent> sorted) {
   const int more = static_cast<int>(sorted.size()), n = size();
   const auto wide = static_cast<std::size_t>(n + more);
   for_each_column(*this, [&](auto& column) {
@@ -383,7 +384,7 @@ void Table::merge(int first, int count, std::span<const Agent> sorted) {
   }
 }
 
-void Table::erase(std::span<const int> rows) {
+void AgentTable::erase(std::span<const int> rows) {
   if (rows.empty()) return;
   for_each_column(*this, [&](auto& column) {
     auto to = static_cast<std::size_t>(rows[0]);

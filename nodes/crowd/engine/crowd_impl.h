@@ -50,9 +50,9 @@ struct WalkField {
 /// Rows [first, last) one step on. All pointers of the field are indexed by row. Returns the sums
 /// of the new state over own and external rows, lanes added in a fixed order, without a leader;
 /// with wishes nothing.
-GroupSums walk(const WalkField& field, Table& table, int first, int last);
+GroupSums walk(const WalkField& field, AgentTable& table, int first, int last);
 /// The sums without a step.
-GroupSums walk_sums(const WalkField& field, const Table& table, int first, int last);
+GroupSums walk_sums(const WalkField& field, const AgentTable& table, int first, int last);
 
 struct GroupRows {
   explicit GroupRows(const GroupSettings& s) : settings(s) {}
@@ -84,14 +84,14 @@ class Meeting;
 struct Crowd::Impl {
   CrowdSettings settings;
   std::vector<GroupRows> groups;
-  Table table;
+  AgentTable table;
   long steps = 0;
   // Scratch, by row.
   std::vector<double> pull, frequency_error, length_error, turn, nodes_a, nodes_b, nodes_out;
   std::vector<double> wished_rate, wished_length, wished_turn, wish_x, wish_y;
   std::vector<GroupSums> parts;
   std::vector<WalkField> fields;  // by group
-  Obstacles obstacles;
+  ObstacleGrid obstacles;
   Grid grid;
   bool avoiding = false;               // some group does
   std::vector<std::uint8_t> avoids;    // by row

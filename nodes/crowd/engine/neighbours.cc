@@ -7,7 +7,7 @@
 
 namespace mimesis::crowd {
 
-std::int64_t Grid::count(const Table& t, double cell_m) {
+std::int64_t Grid::count(const AgentTable& t, double cell_m) {
   const auto n = static_cast<std::size_t>(t.size());
   cell_m_ = cell_m;
   start_.assign((std::size_t{1} << (2 * bits_)) + 1, 0);
@@ -20,7 +20,7 @@ std::int64_t Grid::count(const Table& t, double cell_m) {
   return squares;
 }
 
-void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double reach_m) {
+void Grid::build(const AgentTable& t, const std::vector<std::uint8_t>& avoids, double reach_m) {
   const auto n = static_cast<std::size_t>(t.size());
   while ((std::size_t{1} << (2 * bits_)) < 4 * n) ++bits_;  // few cells are another's, too
   for (auto* column : {&x, &y}) column->resize(n + kPad);
@@ -57,7 +57,8 @@ void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double
   fastest_ = std::sqrt(static_cast<double>(fastest));
 }
 
-Obstacles::Obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls, double reach_m)
+ObstacleGrid::ObstacleGrid(std::span<const Pillar> pillars, std::span<const Wall> walls,
+                           double reach_m)
     : cell_m_(reach_m) {
   for (const Pillar& p : pillars) shapes_.push_back({p.position_W_m, p.position_W_m, p.radius_m});
   for (const Wall& w : walls) shapes_.push_back({w.from_W_m, w.to_W_m, 0.0});
@@ -101,7 +102,7 @@ Obstacles::Obstacles(std::span<const Pillar> pillars, std::span<const Wall> wall
   }
 }
 
-Obstacles::Near Obstacles::nearest(const Shape& s, const Eigen::Vector2d& p) {
+ObstacleGrid::Near ObstacleGrid::nearest(const Shape& s, const Eigen::Vector2d& p) {
   const Eigen::Vector2d along = s.to - s.from;
   const double length2 = along.squaredNorm();
   const double t = length2 > 0.0 ? std::clamp(along.dot(p - s.from) / length2, 0.0, 1.0) : 0.0;

@@ -40,7 +40,7 @@ class Grid {
 
   /// Cells are a quarter of the reach, an eighth in a crowd.
   /// @param avoids  by row: of a group that avoids
-  void build(const Table& table, const std::vector<std::uint8_t>& avoids, double reach_m);
+  void build(const AgentTable& table, const std::vector<std::uint8_t>& avoids, double reach_m);
 
   double cell_m() const { return cell_m_; }
   int cells_of_reach() const { return cells_of_reach_; }
@@ -69,7 +69,7 @@ class Grid {
 
  private:
   /// Counts agents by cells of this size; returns Σ count² over the cells.
-  std::int64_t count(const Table& table, double cell_m);
+  std::int64_t count(const AgentTable& table, double cell_m);
 
   std::size_t torus(Cell c) const {
     const std::int64_t mask = side() - 1;
@@ -85,11 +85,11 @@ class Grid {
 };
 
 /// Pillars and walls, by the cells from which they are within reach.
-class Obstacles {
+class ObstacleGrid {
  public:
   /// @throws ConfigError if they are too large
-  Obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls, double reach_m);
-  Obstacles() = default;
+  ObstacleGrid(std::span<const Pillar> pillars, std::span<const Wall> walls, double reach_m);
+  ObstacleGrid() = default;
 
   bool empty() const { return shapes_.empty(); }
 

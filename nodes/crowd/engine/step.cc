@@ -57,12 +57,12 @@ void WalkField::set_gait(const SpeedFunction& gait, const HeadingSway& of_headin
 }
 
 MIMESIS_VECTOR_CLONES
-GroupSums walk_sums(const WalkField& field, const Table& table, int first, int last) {
+GroupSums walk_sums(const WalkField& field, const AgentTable& table, int first, int last) {
   return rows::sum_rows(field, table, first, last);
 }
 
 MIMESIS_VECTOR_CLONES
-GroupSums walk(const WalkField& field, Table& table, int first, int last) {
+GroupSums walk(const WalkField& field, AgentTable& table, int first, int last) {
   return rows::walk_rows(field, table, first, last);
 }
 

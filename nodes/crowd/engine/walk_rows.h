@@ -33,7 +33,7 @@ MIMESIS_PART void spacing(const WalkField& f, const double* x, const double* y, 
 }
 
 /// Rule I: changes φ̇ of m rows.
-MIMESIS_PART void keep_by_frequency(const WalkField& f, Table& t, int row, int m,
+MIMESIS_PART void keep_by_frequency(const WalkField& f, AgentTable& t, int row, int m,
                                     const Column& ahead, Column& rate) {
   Column error;
   if (f.frequency_error != nullptr) {
@@ -71,7 +71,7 @@ MIMESIS_PART void keep_by_length(const WalkField& f, int row, int m, const Colum
 }
 
 /// φ̇ and μ of m rows: rules I-III.
-MIMESIS_PART void rates(const WalkField& f, Table& t, int row, int m, const Column& ahead,
+MIMESIS_PART void rates(const WalkField& f, AgentTable& t, int row, int m, const Column& ahead,
                         Column& rate, Column& length) {
   const double* omega = t.omega.data() + row;
   const double* phase = t.phase.data() + row;
@@ -110,7 +110,7 @@ MIMESIS_PART Wave wave(const WalkField& f, double phase) {
 
 /// Phases, and the ways along the headings: ż = (1 + μ) φ̇ g(φ) [M18 4.4.1] as the integral of
 /// (1 + μ) g dφ over the step, with μ in its middle.
-MIMESIS_PART void advance_phase(const WalkField& f, const Table& t, int row, int m,
+MIMESIS_PART void advance_phase(const WalkField& f, const AgentTable& t, int row, int m,
                                 const Column& rate, const Column& length, Step& s) {
   const double* phase = t.phase.data() + row;
   const double* rate_before = t.phase_rate.data() + row;
@@ -132,8 +132,8 @@ MIMESIS_PART void advance_phase(const WalkField& f, const Table& t, int row, int
 
 /// Rule IV to goals: ψ̇ of m rows, and shorter steps of agents that arrive at their goals.
 /// @param share  of navigation that an agent follows
-MIMESIS_PART void turn_to_goals(const WalkField& f, const Table& t, int row, int m, Column& turn,
-                                Column& share, Step& s) {
+MIMESIS_PART void turn_to_goals(const WalkField& f, const AgentTable& t, int row, int m,
+                                Column& turn, Column& share, Step& s) {
   const double* heading = t.heading.data() + row;
   const double* x = t.x.data() + row;
   const double* y = t.y.data() + row;
@@ -158,8 +158,8 @@ MIMESIS_PART void turn_to_goals(const WalkField& f, const Table& t, int row, int
 }
 
 /// ψ̇ of m rows, from the rates of their phases: rule IV and navigation.
-MIMESIS_PART void headings(const WalkField& f, const Table& t, int row, int m, const Column& rate,
-                           Column& turn, Step& s) {
+MIMESIS_PART void headings(const WalkField& f, const AgentTable& t, int row, int m,
+                           const Column& rate, Column& turn, Step& s) {
   const double* heading = t.heading.data() + row;
   // Share of navigation. An agent that is turned away from its goal listens the less to others, or
   // it would walk round and round a crowd that stands at its goals.
@@ -202,7 +202,7 @@ MIMESIS_PART void headings(const WalkField& f, const Table& t, int row, int m, c
   }
 }
 
-MIMESIS_PART void go_straight(const Table& t, int row, int m, Step& s) {
+MIMESIS_PART void go_straight(const AgentTable& t, int row, int m, Step& s) {
   const double* heading = t.heading.data() + row;
   for (int l = 0; l < m; ++l) {
     const CosSin h = cos_sin_lane(heading[l]);
@@ -213,7 +213,7 @@ MIMESIS_PART void go_straight(const Table& t, int row, int m, Step& s) {
   }
 }
 
-MIMESIS_PART void go_turning(const WalkField& f, Table& t, int row, int m, const Column& turn,
+MIMESIS_PART void go_turning(const WalkField& f, AgentTable& t, int row, int m, const Column& turn,
                              Step& s) {
   const double* heading = t.heading.data() + row;
   double* before = t.heading_rate.data() + row;
@@ -252,7 +252,7 @@ MIMESIS_PART double total(const double (&s)[kSumLanes]) {
   return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
 }
 
-MIMESIS_PART void add_sums(const WalkField& f, const Table& t, int row, int m, Column& ahead,
+MIMESIS_PART void add_sums(const WalkField& f, const AgentTable& t, int row, int m, Column& ahead,
                            Column& cp, Column& sp, Column& ch, Column& sh, Lanes& sums) {
   Column one;
   for (int l = 0; l < m; ++l) one[l] = 1.0;
@@ -275,7 +275,7 @@ MIMESIS_PART GroupSums totals(const Lanes& sums) {
           total(sums.error), total(sums.cos_heading), total(sums.sin_heading)};
 }
 
-MIMESIS_PART GroupSums sum_rows(const WalkField& f, const Table& t, int first, int last) {
+MIMESIS_PART GroupSums sum_rows(const WalkField& f, const AgentTable& t, int first, int last) {
   Lanes sums;
   for (int row = first; row < last; row += kBlock) {
     const int m = std::min(kBlock, last - row);
@@ -296,7 +296,7 @@ MIMESIS_PART GroupSums sum_rows(const WalkField& f, const Table& t, int first, i
 }
 
 /// Agents that others move go straight on until the next message about them.
-MIMESIS_PART void keep_others(const WalkField& f, const Table& t, int row, int m, Column& rate,
+MIMESIS_PART void keep_others(const WalkField& f, const AgentTable& t, int row, int m, Column& rate,
                               Column& length, const Column& turn, Step& s) {
   for (int l = 0; l < m; ++l) {
     const auto i = static_cast<std::size_t>(row + l);
@@ -319,7 +319,7 @@ MIMESIS_PART void keep_others(const WalkField& f, const Table& t, int row, int m
   }
 }
 
-MIMESIS_PART void store(Table& t, int row, int m, const Column& rate, const Column& length,
+MIMESIS_PART void store(AgentTable& t, int row, int m, const Column& rate, const Column& length,
                         const Step& s, bool turns) {
   double* phase = t.phase.data() + row;
   double* phase_rate = t.phase_rate.data() + row;
@@ -334,7 +334,7 @@ MIMESIS_PART void store(Table& t, int row, int m, const Column& rate, const Colu
   for (int l = 0; l < m; ++l) heading[l] += s.heading[l];
 }
 
-MIMESIS_PART GroupSums walk_rows(const WalkField& f, Table& t, int first, int last) {
+MIMESIS_PART GroupSums walk_rows(const WalkField& f, AgentTable& t, int first, int last) {
   Lanes sums;
   const double per_step = 1.0 / f.dt;
   const bool turns = f.heading != HeadingKind::keep || f.turn != nullptr;

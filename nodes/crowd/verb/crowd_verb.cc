@@ -59,8 +59,8 @@ std::string limit(const std::optional<int>& n) { return n ? std::to_string(*n) :
 
 void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   const Certificate& c = stage.certificate;
-  Table table({"rule", "guarantee", "rate >= 1/s", "expected 1/s", "a link lost", "lambda+",
-               "lambda_max", "theorem 6", "largest N"});
+  TextTable table({"rule", "guarantee", "rate >= 1/s", "expected 1/s", "a link lost", "lambda+",
+                   "lambda_max", "theorem 6", "largest N"});
   for (const auto& [name, r] : rules_of(c)) {
     if (r->guarantee == Guarantee::off) continue;
     const bool graph = r->extremes.most > 0.0;
@@ -152,7 +152,7 @@ bool print_certificates(const crowd::Scenario& scenario, std::ostream& out, bool
   print_stages(stages, out, colour);
   out << "most agents that rules I and II lead to their places without overshoot, by graph and "
          "gait (beta = g_min/g_max):\n";
-  Table table({"largest N", "beta", "chain", "ring", "star", "wheel", "all_to_all"});
+  TextTable table({"largest N", "beta", "chain", "ring", "star", "wheel", "all_to_all"});
   for (const crowd::Gait& gait : scenario.gaits) {
     const crowd::SpeedFunction g = gait.speed();
     for (const bool weak : {false, true}) {

@@ -53,7 +53,7 @@ Json json_of(const model::CoveredArm& covered) {
 }
 
 void print_table(const model::CoveredArm& covered) {
-  Table table({"link", "group", "parts", "reach out [mm]", "volume ratio", "bare [%]"});
+  TextTable table({"link", "group", "parts", "reach out [mm]", "volume ratio", "bare [%]"});
   for (const model::CoveredLink& link : covered.links) {
     std::vector<std::string> row{
         link.link,

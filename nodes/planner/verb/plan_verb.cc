@@ -253,7 +253,7 @@ int plan_and_print(const PlanOptions& o) {
     return kFailed;
   }
   double duration_s = 0.0;
-  Table lines({"motion", "length [rad]", "time [s]"});
+  TextTable lines({"motion", "length [rad]", "time [s]"});
   report["motions"] = Json::array();
   for (const PlannedMotion& motion : plan->motions) {
     const double time_s = motion.trajectory.duration_s();

@@ -197,7 +197,8 @@ double softly_limited(double stretch) {
 
 }  // namespace
 
-void FootHold::hold(Foot& foot, const std::array<Eigen::Vector3d, 2>& ends_W_m, double dt_s) const {
+void FootHold::hold(HeldFoot& foot, const std::array<Eigen::Vector3d, 2>& ends_W_m,
+                    double dt_s) const {
   if (!foot.seen) foot.before_W_m = ends_W_m;
   foot.seen = true;
   auto height = [&](int end) { return ends_W_m[static_cast<std::size_t>(end)].z(); };
@@ -232,7 +233,7 @@ void FootHold::apply(const mocap::Body& body, const Eigen::Vector3d& p_W_pelvis,
   for (const auto side : {mocap::kLeft, mocap::kRight}) {
     const int hip = side == mocap::kLeft ? mocap::kLeftHip : mocap::kRightHip;
     const auto ankle = static_cast<std::size_t>(hip + 2);
-    Foot& foot = foot_[side];
+    HeldFoot& foot = foot_[side];
     hold(foot, {pose.point(hip + 2, body.heel_m[side]), pose.point(hip + 2, body.toe_m[side])},
          dt_s);
     const Eigen::Vector3d hip_W = pose.p_WJ[static_cast<std::size_t>(hip)];

@@ -117,16 +117,16 @@ class FootHold {
   double short_by_m() const { return short_by_m_; }
 
  private:
-  struct Foot {
+  struct HeldFoot {
     bool stands = false, seen = false;
     int end = 0;  // 0: the heel is held, 1: the toes
     Eigen::Vector3d held_W_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
     std::array<Eigen::Vector3d, 2> before_W_m{};  // heel, toes as the mixture had them
   };
-  void hold(Foot& foot, const std::array<Eigen::Vector3d, 2>& ends_W_m, double dt_s) const;
+  void hold(HeldFoot& foot, const std::array<Eigen::Vector3d, 2>& ends_W_m, double dt_s) const;
 
-  std::array<Foot, 2> foot_{};
+  std::array<HeldFoot, 2> foot_{};
   double correction_m_ = 0.0, short_by_m_ = 0.0;
 };
 

@@ -94,7 +94,7 @@ void print(const ordered_json& report) {
   std::cout << fmt::format("{} trials of {} rows, {} samples a period\n", report["trials"].dump(),
                            report["rows"].dump(), report["samples"].dump());
   const bool bold = use_colour(STDOUT_FILENO);
-  Table table({"method", "sources", "parameters", "Q", "Q2", "Q held out", "Q2 held out"});
+  TextTable table({"method", "sources", "parameters", "Q", "Q2", "Q held out", "Q2 held out"});
   const auto row = [&table](const ordered_json& m) {
     const auto digits = [&m](const char* key) {
       return m.contains(key) && m[key].is_number() ? fmt::format("{:.4f}", m[key].get<double>())
@@ -118,7 +118,7 @@ void print(const ordered_json& report) {
     }
   }
   std::cout << '\n';
-  Table joints({"joint", "rms error [rad]"});
+  TextTable joints({"joint", "rms error [rad]"});
   for (const ordered_json& j : report["joints"]) {
     joints.row({j["joint"], fmt::format("{:.4f}", j["rms_rad"].get<double>())});
   }
@@ -137,8 +137,8 @@ ordered_json json(const retarget::Deviation& d) { return {{"rms", d.rms}, {"max"
 
 void print_retargeting(const std::vector<RetargetedClip>& clips) {
   const bool bold = use_colour(STDOUT_FILENO);
-  Table table({"clip", "scale", "feet rms/max [mm]", "feet [mrad]", "hands [mm]", "chest [mrad]",
-               "figure's ankles [mm]", "speed/limit", "fastest"});
+  TextTable table({"clip", "scale", "feet rms/max [mm]", "feet [mrad]", "hands [mm]",
+                   "chest [mrad]", "figure's ankles [mm]", "speed/limit", "fastest"});
   for (const RetargetedClip& c : clips) {
     const retarget::RobotReport& r = c.report;
     table.row({c.file, fmt::format("{:.3f}", r.scale), text(r.foot_m, 1e3), text(r.foot_rad, 1e3),
@@ -202,7 +202,7 @@ void print_limits(const ordered_json& rows) {
   std::cout << fmt::format(
       "\n{} of {} rows with limits pass them in some pattern (blends: see motion_model.h)\n",
       beyond, rows.size());
-  Table table({"nearest to limits", "beyond [rad]", "pattern", "phase [rad]"});
+  TextTable table({"nearest to limits", "beyond [rad]", "pattern", "phase [rad]"});
   for (std::size_t i = 0; i < std::min(kNearest, rows.size()); ++i) {
     table.row({rows[i]["row"], fmt::format("{:.4f}", rows[i]["beyond_rad"].get<double>()),
                rows[i]["pattern"].dump(),

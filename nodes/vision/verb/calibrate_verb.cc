@@ -119,8 +119,8 @@ Json report_of(const Board& board, const vision::Calibrated& c,
 void print(const Json& report) {
   std::cout << fmt::format("{} positions of a board of {}\n", report["used"].dump(),
                            report["board"].get<std::string>());
-  Table table({"camera", "fx [px]", "fy [px]", "cx [px]", "cy [px]", "k1 k2 p1 p2 k3",
-               "alone, rms [px]", "covered", "tilt up to", "distance [m]"});
+  TextTable table({"camera", "fx [px]", "fy [px]", "cx [px]", "cy [px]", "k1 k2 p1 p2 k3",
+                   "alone, rms [px]", "covered", "tilt up to", "distance [m]"});
   for (const Json& c : report["cameras"]) {
     const auto number = [&c](const char* key) { return c[key].get<double>(); };
     table.row({c["name"], fmt::format("{:.2f}", number("fx_px")),

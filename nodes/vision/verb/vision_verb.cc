@@ -100,7 +100,7 @@ int teach(const Options& options) {
     std::cout << report.dump() << '\n';
     return 0;
   }
-  Table table({"class", "U", "V", "share of the picture"});
+  TextTable table({"class", "U", "V", "share of the picture"});
   for (const Json& c : report["classes"]) {
     const auto text = [&c](const char* mean, const char* deviation) {
       return fmt::format("{:.0f} ± {:.1f}", c[mean].get<double>(), c[deviation].get<double>());
@@ -143,7 +143,7 @@ int check(const Options& options) {
   const auto number = [](const std::optional<double>& x, double scale, const char* unit) {
     return x ? fmt::format("{:.1f} {}", scale * *x, unit) : "?";
   };
-  Table table({"focus: blur", "at the white end", "median luma", "flicker"});
+  TextTable table({"focus: blur", "at the white end", "median luma", "flicker"});
   table.row({number(report.blur_px, 1.0, "px"), number(report.overexposed, 100.0, "%"),
              fmt::format("{:.0f}", report.median_luma), number(report.flicker, 100.0, "%")});
   table.print(std::cout, use_colour(STDOUT_FILENO));

@@ -240,7 +240,7 @@ void MpcPattern::place_feet(const FeasibleWish& wish, bool turn_feet) {
   double yaw_before = steps_.stance().yaw_rad;
   Side swing = steps_.swing();
   for (int i = 0; i < 2; ++i) {
-    MpcInput::Foot& foot = input_.foot[static_cast<std::size_t>(i)];
+    MpcInput::Landing& foot = input_.foot[static_cast<std::size_t>(i)];
     const std::optional<Footprint>& landing = wish.landing[static_cast<std::size_t>(i)];
     const bool last = left >= 0 && i >= left - 1;
     const bool wished = landing && landing->side == swing && (left < 0 || i < left);
@@ -269,7 +269,7 @@ void MpcPattern::take_solution(const FeasibleWish& wish) {
   for (int k = 0; k < mpc_.samples(); ++k) jerk_[static_cast<std::size_t>(k)] = mpc_.jerk(x, k);
   first_ticks_ = steps_.ticks_to_sample();
   for (int i = 0; i < 2; ++i) {
-    const MpcInput::Foot& foot = input_.foot[static_cast<std::size_t>(i)];
+    const MpcInput::Landing& foot = input_.foot[static_cast<std::size_t>(i)];
     steps_.plan(i,
                 {kLeft, mpc_.landing_W_m(x, i), foot.plan.yaw_rad + mpc_.yaw_increment_rad(x, i)});
   }

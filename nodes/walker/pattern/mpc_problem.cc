@@ -178,7 +178,7 @@ void MpcProblem::set_cost(const MpcInput& in, const Horizon& h) {
 void MpcProblem::set_feet_cost(const MpcInput& in) {
   const double delta = weights_.foot, eta = weights_.yaw;
   for (int i = 0; i < 2; ++i) {
-    const MpcInput::Foot& foot = in.foot[static_cast<std::size_t>(i)];
+    const MpcInput::Landing& foot = in.foot[static_cast<std::size_t>(i)];
     const int at = N_ + i;
     const double weight = foot.p_W_m ? weights_.landing : weights_.spacing;
     const Eigen::Vector2d goal =
@@ -197,7 +197,7 @@ void MpcProblem::set_feet_cost(const MpcInput& in) {
   H_.block(axis_, axis_, axis_, axis_) = H_.topLeftCorner(axis_, axis_);
   if (!yaw_free_) return;
   for (int i = 0; i < 2; ++i) {
-    const MpcInput::Foot& foot = in.foot[static_cast<std::size_t>(i)];
+    const MpcInput::Landing& foot = in.foot[static_cast<std::size_t>(i)];
     H_(2 * axis_ + i, 2 * axis_ + i) = eta;
     g_(2 * axis_ + i) = eta * (foot.plan.yaw_rad - foot.wished_yaw_rad);
   }

@@ -20,13 +20,13 @@ struct MpcInput {
   ComState com;
   double yaw_rad = 0.0;  ///< yaw of the waist
   FeasibleWish wish;
-  struct Foot {
+  struct Landing {
     Footprint plan;  ///< last plan; linear form: its yaw is decided, nonlinear: linearised about it
     double wished_yaw_rad = 0.0;           ///< nonlinear form
     std::optional<Eigen::Vector2d> p_W_m;  ///< wished landing
     Eigen::Vector2d step_W_m;              ///< without a wished landing: step from the foot before
   };
-  std::array<Foot, 2> foot;                   ///< next landing, and the one after it
+  std::array<Landing, 2> foot;                ///< next landing, and the one after it
   std::vector<Eigen::Vector2d> zmp_plan_W_m;  ///< last plan's ZMP at the samples; nonlinear form
 };
 

@@ -194,7 +194,7 @@ void Feet::share_weight(const std::array<robot::Wrench, 2>& foot_S, double left)
   difference_m_ = leaky(difference_m_, s.force_m_s_n * wrong, s.force_leak_s, s.force_limit_m);
 }
 
-void Feet::land(Foot& foot, double planned_down_m_s, double normal_n) const {
+void Feet::land(FootControl& foot, double planned_down_m_s, double normal_n) const {
   const StabilizerSettings& s = *settings_;
   const double least = kFeltShare * weight_n_;
   foot.touched = foot.touched || normal_n > least;
@@ -208,13 +208,13 @@ void Feet::land(Foot& foot, double planned_down_m_s, double normal_n) const {
   foot.landing_m = std::clamp(foot.landing_m + kTick_s * rate, 0.0, s.landing_limit_m);
 }
 
-void Feet::reach(Foot& foot, bool found, double planned_down_m_s) const {
+void Feet::reach(FootControl& foot, bool found, double planned_down_m_s) const {
   const StabilizerSettings& s = *settings_;
   const double rate = found ? 0.0 : std::max(0.0, s.reach_m_s - planned_down_m_s);
   foot.reach_m = leaky(foot.reach_m, rate, s.force_leak_s, s.reach_limit_m);
 }
 
-void Feet::stand(Foot& foot, double normal_n) const {
+void Feet::stand(FootControl& foot, double normal_n) const {
   foot.touched = false;
   foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);
   foot.felt = foot.felt || normal_n > kFeltShare * weight_n_;
@@ -222,7 +222,7 @@ void Feet::stand(Foot& foot, double normal_n) const {
   fade_swing(foot);
 }
 
-void Feet::swing(Foot& foot, const PatternSample& plan, const FootState& planned,
+void Feet::swing(FootControl& foot, const PatternSample& plan, const FootState& planned,
                  const Measured& measured, double normal_n) const {
   for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, kLetGo_s);
   foot.felt = false;
@@ -239,7 +239,8 @@ void Feet::swing(Foot& foot, const PatternSample& plan, const FootState& planned
 }
 
 /// Leads the swing sole to its planned pose although the base is at X_WB instead of X_WB_planned.
-void Feet::hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const {
+void Feet::hold_swing(FootControl& foot, const Eigen::Isometry3d& X_WS,
+                      const Measured& measured) const {
   const StabilizerSettings& s = *settings_;
   const Eigen::Isometry3d X = measured.X_WB_planned * measured.X_WB.inverse();
   const Eigen::Vector3d tilt = at_most(math::log_so3(X.linear()), s.swing_tilt_limit_rad);
@@ -250,7 +251,7 @@ void Feet::hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured&
   foot.swing_shift_W += swing_share_ * (shift - foot.swing_shift_W);
 }
 
-void Feet::fade_swing(Foot& foot) const {
+void Feet::fade_swing(FootControl& foot) const {
   const double keep = decayed(1.0, settings_->swing_fade_s);
   foot.swing_tilt_W *= keep;
   foot.swing_shift_W *= keep;
@@ -287,7 +288,7 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
 }
 
 const std::array<Eigen::Isometry3d, 2>& Feet::fade(const PatternSample& plan) {
-  for (Foot& foot : foot_) {
+  for (FootControl& foot : foot_) {
     for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, settings_->cop_leak_s);
     foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);
     foot.reach_m = decayed(foot.reach_m, settings_->force_leak_s);
@@ -303,7 +304,7 @@ const std::array<Eigen::Isometry3d, 2>& Feet::fade(const PatternSample& plan) {
 
 void Feet::compose(const PatternSample& plan) {
   for (Side side : robot::kSides) {
-    const Foot& foot = foot_[side];
+    const FootControl& foot = foot_[side];
     const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
     const double share = !plan.contact[side] ? 0.0 : side == kLeft ? left_ : 1.0 - left_;
     const Eigen::Vector3d pressed(foot.tilt_rad.x(), foot.tilt_rad.y(), 0.0);

@@ -97,7 +97,7 @@ class Feet {
   const std::array<Eigen::Isometry3d, 2>& fade(const PatternSample& plan);
 
  private:
-  struct Foot {
+  struct FootControl {
     Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< θ_x, θ_y
     double landing_m = 0.0, reach_m = 0.0;
     bool touched = false;  ///< ground contact in this swing, before due
@@ -108,19 +108,19 @@ class Feet {
   void press(const PatternSample& plan, const Ground::Shares& wished,
              const std::array<robot::Wrench, 2>& foot_S);
   void share_weight(const std::array<robot::Wrench, 2>& foot_S, double left);
-  void stand(Foot& foot, double normal_n) const;
-  void swing(Foot& foot, const PatternSample& plan, const FootState& planned,
+  void stand(FootControl& foot, double normal_n) const;
+  void swing(FootControl& foot, const PatternSample& plan, const FootState& planned,
              const Measured& measured, double normal_n) const;
-  void land(Foot& foot, double planned_down_m_s, double normal_n) const;
-  void reach(Foot& foot, bool found, double planned_down_m_s) const;
-  void hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const;
-  void fade_swing(Foot& foot) const;
+  void land(FootControl& foot, double planned_down_m_s, double normal_n) const;
+  void reach(FootControl& foot, bool found, double planned_down_m_s) const;
+  void hold_swing(FootControl& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const;
+  void fade_swing(FootControl& foot) const;
   void compose(const PatternSample& plan);
 
   const StabilizerSettings* settings_;
   const robot::Biped* biped_;
   double weight_n_, swing_share_;
-  std::array<Foot, 2> foot_;
+  std::array<FootControl, 2> foot_;
   double left_ = 0.5, give_m_n_ = 0.0;  ///< wished share of the left foot, give of a leg
   bool behind_ = false;                 ///< the share waited and follows the wished one slowly
   double difference_m_ = 0.0, double_support_s_ = 0.0;

@@ -159,7 +159,7 @@ int hw_scan(const HwOptions& options) {
   }
   listen(*bus, Clock::now() + milliseconds(options.timeout_s), take);
   Json list = Json::array();
-  Table table({"NODE", "DEVICE", "NAME", "DRIVE", "NETWORK"});
+  TextTable table({"NODE", "DEVICE", "NAME", "DRIVE", "NETWORK"});
   for (auto& [node, f] : found) {
     const bool drive = (f.type & 0xFFFF) == 402;
     const auto name = read(*bus, node, {0x1008, 0}, options);

@@ -58,8 +58,8 @@ Json as_json(const BusWatch& watch, const HwOptions& options, const std::map<int
 
 void print_table(const BusWatch& watch, const HwOptions& options,
                  const std::map<int, Known>& known) {
-  Table table({"NODE", "JOINT", "STATE", "POSITION", "ERROR", "TORQUE", "TEMPERATURE", "FRAMES/S",
-               "EMERGENCY"});
+  TextTable table({"NODE", "JOINT", "STATE", "POSITION", "ERROR", "TORQUE", "TEMPERATURE",
+                   "FRAMES/S", "EMERGENCY"});
   for (const BusWatch::Node& n : watch.nodes()) {
     const auto k = known.find(n.id);
     const auto amount = [&](std::int64_t increments, bool position) -> std::string {
@@ -93,7 +93,7 @@ int hw_check(const HwOptions& options) {
   const double rate_hz = machine.joints.rate_hz;
   std::span<const hw::cia402::Axis> rest = machine.axes;
   Json buses = Json::array(), joints = Json::array();
-  Table table({"BUS", "BIT/S", "AXES", "LOAD", ""});
+  TextTable table({"BUS", "BIT/S", "AXES", "LOAD", ""});
   double largest_hz = 1000.0;
   bool fits = true;
   for (std::size_t b = 0; b < machine.buses.size(); ++b) {

@@ -241,7 +241,7 @@ void print_stream(const StreamDiff& s, const OpenLog& a) {
 }
 
 void print_streams(const std::vector<StreamDiff>& streams, const OpenLog& a) {
-  Table table({"TOPIC", "NODE", "A", "B", "EQUAL", "DIFFERING", "ONLY A", "ONLY B"});
+  TextTable table({"TOPIC", "NODE", "A", "B", "EQUAL", "DIFFERING", "ONLY A", "ONLY B"});
   for (const StreamDiff& s : streams) {
     table.row({s.topic, s.node, std::to_string(s.a), std::to_string(s.b), std::to_string(s.equal),
                std::to_string(s.differing), std::to_string(s.only_a), std::to_string(s.only_b)});

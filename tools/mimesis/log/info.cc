@@ -119,7 +119,7 @@ ordered_json replayed_programs(const std::vector<OpenLog>& logs) {
 }
 
 void print_info_files(const std::vector<OpenLog>& logs, bool colour, std::ostream& out) {
-  Table table({"FILE", "SIZE", "MESSAGES", "FROM", "SECONDS", ""});
+  TextTable table({"FILE", "SIZE", "MESSAGES", "FROM", "SECONDS", ""});
   for (const OpenLog& log : logs) {
     const log::Statistics& s = log.summary.statistics;
     table.row({log.path, bytes_text(log.source->size()), std::to_string(s.message_count),
@@ -137,7 +137,7 @@ void print_info_topics(const ordered_json& topics, bool colour, std::ostream& ou
   if (sizes) heading.insert(heading.end(), {"BYTES", "SHARE"});
   double total = 0.0;
   for (const ordered_json& t : topics) total += sizes ? t["bytes"].get<double>() : 0.0;
-  Table table(std::move(heading));
+  TextTable table(std::move(heading));
   for (const ordered_json& t : topics) {
     // Messages that are computed again (elided_payload.h).
     const auto& metadata = t["metadata"];

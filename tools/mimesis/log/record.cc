@@ -319,7 +319,7 @@ class Recorder {
       standing = {output_.messages(), output_.files().total()};
     }
     const auto [messages, bytes] = *standing;
-    Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
+    TextTable table({"TOPIC", "NODE", "RECEIVED", "LOST"});
     auto topics = nlohmann::ordered_json::array();
     for (const auto& [key, count] : counts.topics) {
       const auto& [topic, node] = key;

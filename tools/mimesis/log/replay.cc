@@ -227,7 +227,7 @@ void print_difference(const std::string& name, const ReplayDifference& d) {
   std::cout << fmt::format("{}: step {} at {:.6f} s: {}\n", name, d.step, d.time_s, d.what);
   const auto& fields = d.fields.fields;
   if (fields.empty()) return;
-  Table table({"  FIELD", "RECORDED", "REPLAYED"});
+  TextTable table({"  FIELD", "RECORDED", "REPLAYED"});
   for (std::size_t i = 0; i < std::min(fields.size(), kFieldsShown); ++i) {
     table.row(
         {"  " + (fields[i].path.empty() ? "(message)" : fields[i].path), fields[i].a, fields[i].b});

@@ -16,8 +16,8 @@ namespace mimesis::tool {
 namespace {
 using namespace std::chrono_literals;
 
-TEST(Table, AlignsByCharactersNotBytes) {
-  Table table({"NAME", "X"});
+TEST(TextTable, AlignsByCharactersNotBytes) {
+  TextTable table({"NAME", "X"});
   table.row({"größe", "1"});
   table.row({"ab", "22"});
   std::ostringstream out;
@@ -25,12 +25,12 @@ TEST(Table, AlignsByCharactersNotBytes) {
   EXPECT_EQ(out.str(), "NAME   X\ngröße  1\nab     22\n");
 }
 
-TEST(Table, WordsOfOthersCannotCommandTheTerminal) {
+TEST(TextTable, WordsOfOthersCannotCommandTheTerminal) {
   EXPECT_EQ(printable("größe 漢 \U0001F600 a\\b"), "größe 漢 \U0001F600 a\\b");
   EXPECT_EQ(printable("\033[2J\n\x7f\u009b"), "\\u001b[2J\\u000a\\u007f\\u009b");
   EXPECT_EQ(printable("\x9b\xe6\xbc"), "\\u009b\\u00e6\\u00bc");
   EXPECT_EQ(printable("a\n\tb", "\n"), "a\n\\u0009b");
-  Table table({"TOPIC"});
+  TextTable table({"TOPIC"});
   table.row({"\033]0;x\007"});
   std::ostringstream out;
   table.print(out, false);

@@ -113,9 +113,9 @@ TEST(Walk, IsTheSameBitsOnThePlainestInstructionSet) {
     f.mixed = kind != HeadingKind::lane;
     std::vector<double> wished(1000);
     f.wished_rate = f.wished_length = f.wished_turn = wished.data();
-    Table a;
+    AgentTable a;
     a.merge(0, 0, agents);
-    Table b = a;
+    AgentTable b = a;
     for (int step = 0; step < 5; ++step) {
       const GroupSums s = walk(f, a, 3, 997), t = rows::walk_rows(f, b, 3, 997);
       EXPECT_EQ(s.cos_phase, t.cos_phase);

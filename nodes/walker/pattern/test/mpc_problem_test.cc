@@ -131,7 +131,7 @@ double sum_of_squares(const Case& c, const VectorXd& x, bool yaw_free) {
            w.jerk * c.mpc_.jerk(x, k).squaredNorm();
   }
   for (int i = 0; i < 2; ++i) {
-    const MpcInput::Foot& foot = c.in_.foot[static_cast<std::size_t>(i)];
+    const MpcInput::Landing& foot = c.in_.foot[static_cast<std::size_t>(i)];
     const Vector2d landing = c.mpc_.landing_W_m(x, i);
     sum += w.foot * (landing - foot.plan.p_W_m).squaredNorm();
     sum += foot.p_W_m ? w.landing * (landing - *foot.p_W_m).squaredNorm()

@@ -16,12 +16,12 @@ namespace mimesis::hw::sim {
 /// drawer. Links have the boxes of their URDF; spheres at joints lie within what they join, and
 /// meshes are left out. Links that follow each other do not touch, and a hand closes about the
 /// handle instead of touching it. Private to BodyWorld.
-class Obstacles {
+class CollisionShapes {
  public:
   /// Adds the shapes to the world. `drawer`: empty: no furniture.
   /// @throws ConfigError if the URDF cannot be read
-  Obstacles(const robot::Biped& biped, const std::string& urdf_file,
-            const std::optional<DrawerSettings>& drawer, DartBody& body);
+  CollisionShapes(const robot::Biped& biped, const std::string& urdf_file,
+                  const std::optional<DrawerSettings>& drawer, DartBody& body);
 
   /// The furniture goes there evenly in the next `steps` steps of the world.
   void aim(const DrawerNow& drawer);

@@ -1,4 +1,4 @@
-#include "hw/sim/body/obstacles.h"
+#include "hw/sim/body/collision_shapes.h"
 
 #include <tinyxml2.h>
 
@@ -66,10 +66,7 @@ std::unordered_map<std::string, UrdfBox> urdf_boxes(const std::string& file) {
     const Vector3d rpy = numbers(shape->FirstChildElement("origin"), "rpy");
     UrdfBox found{.size_m = numbers(box, "size")};
     found.X_LB.translation() = numbers(shape->FirstChildElement("origin"), "xyz");
-    found.X_LB.linear() = (Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
-                           Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
-                           Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()))
-                              .toRotationMatrix();
+    found.X_LB.linear() = math::rotation_of_rpy(rpy);
     boxes.emplace(link->Attribute("name"), found);
   }
   return boxes;
@@ -84,9 +81,9 @@ void count(Collisions& of, double depth_m, const std::string& a, const std::stri
 }  // namespace
 
 /// Pairs that may touch, and whose balls do.
-class Obstacles::Filter : public dart::collision::CollisionFilter {
+class CollisionShapes::Filter : public dart::collision::CollisionFilter {
  public:
-  explicit Filter(const Obstacles& obstacles) : my_(obstacles) {}
+  explicit Filter(const CollisionShapes& obstacles) : my_(obstacles) {}
   bool ignoresCollision(const dart::collision::CollisionObject* first,
                         const dart::collision::CollisionObject* second) const override {
     const auto a = my_.index_.find(first->getShapeFrame());
@@ -102,11 +99,11 @@ class Obstacles::Filter : public dart::collision::CollisionFilter {
   }
 
  private:
-  const Obstacles& my_;
+  const CollisionShapes& my_;
 };
 
-Obstacles::Obstacles(const robot::Biped& biped, const std::string& urdf_file,
-                     const std::optional<DrawerSettings>& drawer, DartBody& body)
+CollisionShapes::CollisionShapes(const robot::Biped& biped, const std::string& urdf_file,
+                                 const std::optional<DrawerSettings>& drawer, DartBody& body)
     : body_(body) {
   add_links(biped, urdf_file);
   if (drawer && drawer->collides) add_furniture(*drawer);
@@ -116,7 +113,7 @@ Obstacles::Obstacles(const robot::Biped& biped, const std::string& urdf_file,
       std::make_shared<Filter>(*this);
 }
 
-void Obstacles::add_links(const robot::Biped& biped, const std::string& urdf_file) {
+void CollisionShapes::add_links(const robot::Biped& biped, const std::string& urdf_file) {
   const auto radius = [](const ShapeNode& node) {
     return 0.5 * static_cast<const dart::dynamics::BoxShape&>(*node.getShape()).getSize().norm();
   };
@@ -136,7 +133,7 @@ void Obstacles::add_links(const robot::Biped& biped, const std::string& urdf_fil
   }
 }
 
-void Obstacles::add_furniture(const DrawerSettings& s) {
+void CollisionShapes::add_furniture(const DrawerSettings& s) {
   const auto furniture = dart::dynamics::Skeleton::create("furniture");
   const auto add = [&](const char* name) {
     dart::dynamics::BodyNode::Properties properties;
@@ -165,7 +162,7 @@ void Obstacles::add_furniture(const DrawerSettings& s) {
 }
 
 /// Links that follow each other, but for links without a box, do not touch.
-void Obstacles::pair_up(const robot::Biped& biped) {
+void CollisionShapes::pair_up(const robot::Biped& biped) {
   touch_.assign(parts_.size(), std::vector<bool>(parts_.size(), false));
   const auto boxed = [&](int link) {
     return std::ranges::any_of(parts_, [&](const Part& p) { return p.link == link; });
@@ -200,12 +197,12 @@ void Obstacles::pair_up(const robot::Biped& biped) {
   }
 }
 
-void Obstacles::aim(const DrawerNow& drawer) {
+void CollisionShapes::aim(const DrawerNow& drawer) {
   if (cabinet_ == nullptr) return;
   to_W_m_ = {drawer.front_W_m, drawer.front_W_m - drawer.opened_m * R_WD_.col(0)};
 }
 
-void Obstacles::move(double share, double duration_s) {
+void CollisionShapes::move(double share, double duration_s) {
   if (cabinet_ == nullptr) return;
   dart::dynamics::FreeJoint* joints[] = {cabinet_, drawer_};
   for (std::size_t i = 0; i < 2; ++i) {
@@ -218,14 +215,14 @@ void Obstacles::move(double share, double duration_s) {
   }
 }
 
-void Obstacles::arrive() { from_W_m_ = to_W_m_; }
+void CollisionShapes::arrive() { from_W_m_ = to_W_m_; }
 
-const Obstacles::Part* Obstacles::part(const ShapeFrame* frame) const {
+const CollisionShapes::Part* CollisionShapes::part(const ShapeFrame* frame) const {
   const auto found = index_.find(frame);
   return found != index_.end() ? &parts_[found->second] : nullptr;
 }
 
-void Obstacles::read(std::vector<ContactForce>& forces) {
+void CollisionShapes::read(std::vector<ContactForce>& forces) {
   forces.clear();
   bool self = false, furniture = false;
   for (const auto& contact : body_.world->getLastCollisionResult().getContacts()) {
