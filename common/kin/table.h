@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "common/math/convex_part.h"
+
 namespace mimesis::kin {
 
 /// Obstacle ball in W [m].
@@ -38,6 +40,13 @@ struct Box {
   std::string name;  ///< for messages to people
 };
 
+/// Convex obstacle in W: one of those that a mesh was cut into.
+struct Hull {
+  math::ConvexPart shape;                 ///< [m]
+  std::vector<math::RoundBound> cover{};  ///< balls that hold it
+  std::string name{};                     ///< for messages to people; those of one mesh share it
+};
+
 /// Where an object's centre shall rest, and how near counts.
 struct GoalPlace {
   std::string name;  ///< "high" or "low"
@@ -48,8 +57,9 @@ struct GoalPlace {
 /// The robot's table in the bridge paradigm [M18 2.1.1], frame W. Read from models/*.yaml by
 /// common/model, carried by v1.Scene.
 struct Table {
-  std::vector<Ball> balls;  ///< the bar, as unions of safety balls, and anything else round
-  std::vector<Box> boxes;   ///< table top, goal stands
+  std::vector<Ball> balls;    ///< the bar, as unions of safety balls, and anything else round
+  std::vector<Box> boxes;     ///< table top, goal stands
+  std::vector<Hull> hulls{};  ///< of meshes
   Eigen::Vector3d bar_center = Eigen::Vector3d::Zero();  ///< middle of the bar
   double bar_height = 0.0;      ///< lower edge of the bar above the table [m]
   double bar_half_width = 0.0;  ///< half the span along y [m]

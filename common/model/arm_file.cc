@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/kin/arm.h"
+#include "common/math/so3.h"
 #include "common/model/files.h"
 #include "common/robot/convex_parts.h"
 #include "common/robot/robot_tree.h"
@@ -57,10 +58,21 @@ struct FixedEntry {
   }
 };
 
+/// Names of meshes that begin so begin otherwise: robot::MeshPaths.
+struct MeshPathEntry {
+  std::string from, to;
+
+  void visit(ParamVisitor& v) {
+    v("from", from);
+    v("to", to);
+  }
+};
+
 /// Joints of a URDF, from one link to another.
 struct ChainEntry {
   std::string urdf, base, tip;
-  std::vector<FixedEntry> fixed;              // fingers, another arm
+  std::vector<FixedEntry> fixed;  // fingers, another arm
+  std::vector<MeshPathEntry> mesh_paths;
   bool use_visual = false;                    // of links without collision geometry
   std::vector<std::string> without_geometry;  // of these nothing is checked, nor proven
   // One value per joint, which a URDF does not have; j_max and home may be left out.
@@ -75,6 +87,7 @@ struct ChainEntry {
     v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9, 0);
     v("home_rad", home_rad, -6.3, 6.3, 0);
     list(v, "fixed", fixed);
+    list(v, "mesh_paths", mesh_paths);
     v("use_visual", use_visual);
     v("without_geometry", without_geometry);
     v("fitted_m", fit.tolerance_m, kLeastFit_m, 1.0);
@@ -157,16 +170,11 @@ struct ArmFile {
   }
 };
 
-/// As in a URDF: Rz(yaw) Ry(pitch) Rx(roll).
 Eigen::Isometry3d pose(const std::vector<double>& position_m, const std::vector<double>& rpy_rad) {
-  using Eigen::AngleAxisd, Eigen::Vector3d;
+  const Eigen::Vector3d rpy = Eigen::Vector3d::Map(rpy_rad.data());
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = Vector3d::Map(position_m.data());
-  if (Vector3d::Map(rpy_rad.data()).isZero(0.0)) return X;
-  X.linear() =
-      (AngleAxisd(rpy_rad[2], Vector3d::UnitZ()) * AngleAxisd(rpy_rad[1], Vector3d::UnitY()) *
-       AngleAxisd(rpy_rad[0], Vector3d::UnitX()))
-          .matrix();
+  X.translation() = Eigen::Vector3d::Map(position_m.data());
+  if (!rpy.isZero(0.0)) X.linear() = math::rotation_of_rpy(rpy);
   return X;
 }
 
@@ -199,6 +207,7 @@ class Builder {
     out_.base = entry_.chain.base;
     out_.tip = entry_.chain.tip;
     out_.use_visual = entry_.chain.use_visual;
+    out_.mesh_paths = mesh_paths();
     return std::move(out_);
   }
 
@@ -211,6 +220,14 @@ class Builder {
   }
 
  private:
+  robot::MeshPaths mesh_paths() const {
+    robot::MeshPaths paths;
+    for (const MeshPathEntry& entry : entry_.chain.mesh_paths) {
+      if (entry.from.empty()) fail("chain.mesh_paths", "from is missing, expected how names begin");
+      paths.emplace_back(entry.from, entry.to);
+    }
+    return paths;
+  }
   [[noreturn]] void fail(const std::string& key, const std::string& what) const {
     throw ConfigError(file_ + ": " + key + ": " + what);
   }
@@ -381,8 +398,9 @@ class Builder {
   /// Empty if the link has no geometry.
   const std::vector<robot::Solid>& solids_of(const std::string& link) {
     if (!solids_)
-      solids_ =
-          urdf_.empty() ? Solids{} : robot::link_solids(urdf_, order_, entry_.chain.use_visual);
+      solids_ = urdf_.empty()
+                    ? Solids{}
+                    : robot::link_solids(urdf_, order_, entry_.chain.use_visual, mesh_paths());
     return (*solids_)[link];
   }
 

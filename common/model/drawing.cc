@@ -103,6 +103,20 @@ void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const E
   rod.set_top_scale(1.0);
 }
 
+void add_hull(foxglove::SceneEntity& entity, const math::ConvexPart& hull, const Rgba& color) {
+  foxglove::TriangleListPrimitive& list = *entity.add_triangles();
+  set(Eigen::Isometry3d::Identity(), *list.mutable_pose());
+  set(color, *list.mutable_color());
+  for (const auto& triangle : robot::hull_faces(hull)) {
+    for (const Eigen::Vector3d& corner : triangle) {
+      foxglove::Point3& out = *list.add_points();
+      out.set_x(corner.x());
+      out.set_y(corner.y());
+      out.set_z(corner.z());
+    }
+  }
+}
+
 void add_label(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double height,
                const std::string& text, const Rgba& color) {
   foxglove::TextPrimitive& label = *entity.add_texts();
@@ -171,6 +185,7 @@ void draw_table(foxglove::SceneEntity& entity, const kin::Table& table) {
     add_box(entity, Eigen::Isometry3d(Eigen::Translation3d(box.center)), 2.0 * box.half_extent,
             kTable);
   }
+  for (const kin::Hull& hull : table.hulls) add_hull(entity, hull.shape, kTable);
   for (const kin::Ball& ball : table.balls) add_ball(entity, ball.center, ball.radius, kBar);
   for (const kin::GoalPlace& goal : table.goals) {
     add_ball(entity, goal.position, goal.radius, kGoal);

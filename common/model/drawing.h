@@ -39,6 +39,8 @@ void add_uncertainty(foxglove::SceneEntity& entity, const Eigen::Vector3d& cente
 /// A cylinder from `from` to `to`; nothing if they are the same place.
 void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              double radius, const Rgba& color);
+/// Without its radius.
+void add_hull(foxglove::SceneEntity& entity, const math::ConvexPart& hull, const Rgba& color);
 /// Text that faces the viewer. `height`: of a line.
 void add_label(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double height,
                const std::string& text, const Rgba& color);

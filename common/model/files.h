@@ -79,6 +79,7 @@ struct CoveredArm {
   std::vector<std::pair<std::string, std::string>> always_touching;
   std::string urdf{}, base{}, tip{};  ///< of its chain: file and links; empty: none
   bool use_visual = false;            ///< links without collision geometry are as they are drawn
+  robot::MeshPaths mesh_paths{};
 };
 
 /// 256 postures within the limits, one a column [rad] or [m]; equal ones for equal arms.

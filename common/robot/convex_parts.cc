@@ -310,6 +310,18 @@ ConvexPart hull_around(std::span<const ConvexPart> parts, double slack_m) {
   return hull;
 }
 
+std::vector<Triangle> hull_faces(const ConvexPart& part) {
+  std::vector<Vector3d> points;
+  for (const auto& p : part.points.rowwise()) points.emplace_back(p.transpose());
+  auto hull = hull_of(points);
+  if (!hull) return {};
+  const Vector3d middle = part.points.colwise().mean().transpose();
+  for (Triangle& t : hull->faces) {
+    if ((t[1] - t[0]).cross(t[2] - t[0]).dot(t[0] - middle) < 0.0) std::swap(t[1], t[2]);
+  }
+  return std::move(hull->faces);
+}
+
 std::vector<math::RoundBound> balls_around(const ConvexPart& part, int most) {
   const Eigen::RowVector3d lo = part.points.colwise().minCoeff(),
                            size = part.points.colwise().maxCoeff() - lo;

@@ -28,6 +28,10 @@ math::ConvexPart hull_around(std::span<const math::ConvexPart> parts, double sla
 /// Balls that cover a part: of at most `most` slices of its longest side.
 std::vector<math::RoundBound> balls_around(const math::ConvexPart& part, int most = 4);
 
+/// Triangles of a part's hull, counter-clockwise seen from outside, without its radius; none if its
+/// points are in one plane.
+std::vector<TriangleMesh::Triangle> hull_faces(const math::ConvexPart& part);
+
 /// How much more than the solids parts are, by 2¹³ points and by points on their faces.
 struct OverCoverage {
   double reach_m = 0.0;   ///< largest distance of their surface from the solids

@@ -5,6 +5,7 @@
 #include <assimp/Importer.hpp>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include "common/error.h"
@@ -18,9 +19,14 @@ namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
 /// @throws ConfigError if there is no such file
-fs::path mesh_path(const fs::path& urdf_file, std::string name) {
+fs::path mesh_path(const fs::path& beside, std::string name, const MeshPaths* paths) {
+  for (const auto& [from, to] : paths != nullptr ? *paths : MeshPaths{}) {
+    if (!name.starts_with(from)) continue;
+    name.replace(0, from.size(), to);
+    break;
+  }
   constexpr std::string_view kPackage = "package://", kFile = "file://";
-  const fs::path folder = fs::absolute(urdf_file).parent_path();
+  const fs::path folder = fs::absolute(beside).parent_path();
   std::vector<fs::path> tried;
   if (name.starts_with(kPackage)) {
     name = name.substr(kPackage.size());
@@ -38,9 +44,11 @@ fs::path mesh_path(const fs::path& urdf_file, std::string name) {
   std::error_code ignored;
   for (const fs::path& path : tried)
     if (fs::is_regular_file(path, ignored)) return path;
-  throw ConfigError("mesh '" + name + "' is not there, expected it " +
-                    (tried.size() == 1 ? "at " + tried.front().lexically_normal().string()
-                                       : "in a folder around the URDF, or in $ROS_PACKAGE_PATH"));
+  const std::string there = tried.size() == 1 ? "at " + tried.front().lexically_normal().string()
+                                              : "in a folder around " + beside.filename().string() +
+                                                    ", or in $ROS_PACKAGE_PATH";
+  throw ConfigError("mesh '" + name + "' is not there, expected it " + there +
+                    (paths != nullptr ? ", or mesh_paths that say where" : ""));
 }
 
 std::shared_ptr<const TriangleMesh> read_mesh(const fs::path& file, const Vector3d& scale) {
@@ -49,6 +57,11 @@ std::shared_ptr<const TriangleMesh> read_mesh(const fs::path& file, const Vector
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
   if (scene == nullptr) {
+    std::string begin(23, '\0');
+    std::ifstream(file, std::ios::binary).read(begin.data(), std::ssize(begin));
+    if (begin == "version https://git-lfs")
+      throw ConfigError("mesh '" + file.string() +
+                        "' is a pointer of Git LFS, expected the mesh itself: git lfs pull");
     throw ConfigError("mesh '" + file.string() + "': " + importer.GetErrorString() +
                       ", expected STL, OBJ or Collada");
   }
@@ -77,7 +90,7 @@ void check_sizes(const Vector3d& v, const std::string& what) {
 }
 
 Solid solid_of(const urdf::Pose& origin, const urdf::Geometry* geometry,
-               const std::string& urdf_file) {
+               const std::string& urdf_file, const MeshPaths& paths) {
   Solid solid{.X_LS = pose_of(origin)};
   if (!solid.X_LS.matrix().allFinite())
     throw ConfigError("origin of its geometry, expected finite numbers");
@@ -94,9 +107,7 @@ Solid solid_of(const urdf::Pose& origin, const urdf::Geometry* geometry,
     check_sizes(solid.half_m, "radius or length of a cylinder");
   } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(geometry)) {
     solid.kind = Solid::Kind::mesh;
-    check_sizes(vector_of(mesh->scale).cwiseAbs(), "scale of a mesh");
-    solid.mesh = read_mesh(mesh_path(urdf_file, mesh->filename), vector_of(mesh->scale));
-    check_sizes(Vector3d::Constant(solid.mesh->box().sizes().maxCoeff()), "size of a mesh");
+    solid.mesh = load_mesh(urdf_file, mesh->filename, vector_of(mesh->scale), &paths);
   } else {
     throw ConfigError("its geometry, expected box, cylinder, sphere or mesh");
   }
@@ -104,6 +115,14 @@ Solid solid_of(const urdf::Pose& origin, const urdf::Geometry* geometry,
 }
 
 }  // namespace
+
+std::shared_ptr<const TriangleMesh> load_mesh(const std::string& beside, const std::string& name,
+                                              const Vector3d& scale, const MeshPaths* paths) {
+  check_sizes(scale.cwiseAbs(), "scale of a mesh");
+  auto mesh = read_mesh(mesh_path(beside, name, paths), scale);
+  check_sizes(Vector3d::Constant(mesh->box().sizes().maxCoeff()), "size of a mesh");
+  return mesh;
+}
 
 std::map<std::string, LinkParts> link_parts(const std::string& urdf_file) {
   const auto model = parse_urdf(urdf_file);
@@ -115,7 +134,7 @@ std::map<std::string, LinkParts> link_parts(const std::string& urdf_file) {
 
 std::map<std::string, std::vector<Solid>> link_solids(const std::string& urdf_file,
                                                       const std::vector<std::string>& links,
-                                                      bool use_visual) {
+                                                      bool use_visual, const MeshPaths& paths) {
   const auto model = parse_urdf(urdf_file);
   std::map<std::string, std::vector<Solid>> solids;
   for (const std::string& name : links) {
@@ -124,7 +143,7 @@ std::map<std::string, std::vector<Solid>> link_solids(const std::string& urdf_fi
     const auto add = [&](const auto& parts) {
       for (const auto& part : parts) {
         if (!part || !part->geometry) throw ConfigError("it has no shape, expected a geometry");
-        solids[name].push_back(solid_of(part->origin, part->geometry.get(), urdf_file));
+        solids[name].push_back(solid_of(part->origin, part->geometry.get(), urdf_file, paths));
       }
     };
     try {

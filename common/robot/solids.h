@@ -64,15 +64,24 @@ struct LinkParts {
 /// Of all links of a URDF; reads no mesh. @throws ConfigError as below
 std::map<std::string, LinkParts> link_parts(const std::string& urdf_file);
 
+/// How names of meshes begin, and what stands there instead: of files that were made elsewhere.
+using MeshPaths = std::vector<std::pair<std::string, std::string>>;
+
+/// A mesh that a file beside `beside` names. Meshes may be STL, OBJ, Collada and whatever else
+/// assimp reads; a Collada file's up axis is ignored, as in ROS, its unit is not.
+/// "package://NAME/PATH" is PATH in the folder NAME that holds the file or lies in a folder around
+/// it, or in one of $ROS_PACKAGE_PATH; other names count from the file's folder.
+/// @throws ConfigError in one line, without the name of the file
+std::shared_ptr<const TriangleMesh> load_mesh(const std::string& beside, const std::string& name,
+                                              const Eigen::Vector3d& scale,
+                                              const MeshPaths* paths = nullptr);
+
 /// Solids of the `<collision>` elements of these links of a URDF; links without any are left out.
-/// Meshes may be STL, OBJ, Collada and whatever else assimp reads;
-/// a Collada file's up axis is ignored, as in ROS, its unit is not. "package://NAME/PATH" is PATH
-/// in the folder NAME that holds the URDF or lies in a folder around it, or in one of
-/// $ROS_PACKAGE_PATH; other names count from the URDF's folder.
 /// @param use_visual  links without `<collision>` have the solids of their `<visual>`
 /// @throws ConfigError "FILE: link 'L': what, expected ..." in one line
 std::map<std::string, std::vector<Solid>> link_solids(const std::string& urdf_file,
                                                       const std::vector<std::string>& links,
-                                                      bool use_visual = false);
+                                                      bool use_visual = false,
+                                                      const MeshPaths& paths = {});
 
 }  // namespace mimesis::robot

@@ -15,7 +15,12 @@ struct Obstacles {
   std::vector<kin::Ball> held;  ///< balls that cover a held object, centres in E [m]
   std::vector<kin::Box>
       supports;  ///< boxes that the held object may touch: it is lifted from or put on them
+  std::vector<kin::Hull> hulls{};
 };
+
+/// [0, n) in parts of at most `most` that are near each other, by halves along the longest side.
+std::vector<std::vector<std::size_t>> near_each_other(const Eigen::Matrix3Xd& points,
+                                                      std::size_t most);
 
 /// Several postures are judged at once, one in each lane of the vectors.
 inline constexpr int kLanes = 8;

@@ -69,6 +69,24 @@ std::array<float, 3> floats(const Eigen::Vector3d& v) {
 
 }  // namespace
 
+std::vector<std::vector<std::size_t>> near_each_other(const Eigen::Matrix3Xd& points,
+                                                      std::size_t most) {
+  struct Indexed {
+    Eigen::Vector3d p;
+    std::size_t index;
+  };
+  std::vector<Indexed> all;
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+    all.push_back({points.col(i), static_cast<std::size_t>(i)});
+  std::vector<std::vector<std::size_t>> parts;
+  if (all.empty()) return parts;
+  split(all, 0, all.size(), most, [&](std::size_t from, std::size_t to) {
+    parts.emplace_back();
+    for (std::size_t i = from; i < to; ++i) parts.back().push_back(all[i].index);
+  });
+  return parts;
+}
+
 BatchChecker::BatchChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m)
     : margin_(static_cast<float>(margin_m)) {
   MIMESIS_ASSERT(static_cast<std::size_t>(arm.dof()) <= kMostJoints);
@@ -202,6 +220,8 @@ void BatchChecker::add_obstacles(const Obstacles& obstacles) {
   obstacles_.reserve(obstacles.balls.size());
   groups_.reserve(obstacles.balls.size() / 2 + 1);
   for (const auto& ball : obstacles.balls) all.push_back({ball.center, ball.radius});
+  for (const kin::Hull& hull : obstacles.hulls)
+    for (const math::RoundBound& ball : hull.cover) all.push_back({ball.center, ball.radius});
   if (!all.empty()) {
     split(all, 0, all.size(), kMostInGroup, [&](std::size_t from, std::size_t to) {
       const Eigen::Vector4d ball = around(all, from, to).first;

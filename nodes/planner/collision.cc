@@ -242,7 +242,7 @@ CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& ob
       interrupt_(std::move(interrupt)),
       q_(arm.dof()),
       deviation_(arm.dof()) {
-  if (!arm.parts.empty()) parts_.emplace(arm, obstacles, margin_m);
+  if (!arm.parts.empty() || !obstacles.hulls.empty()) parts_.emplace(arm, obstacles, margin_m);
   line_parts_.reserve(8 * kLanes);
 }
 
@@ -366,6 +366,10 @@ bool CollisionChecker::certify_stops(const Stops& given) {
 
 std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eigen::VectorXd>& q) {
   if (free(q)) return std::nullopt;
+  return nearest(q);
+}
+
+std::string CollisionChecker::nearest(const Eigen::Ref<const Eigen::VectorXd>& q) const {
   return PartChecker(arm_, obstacles_, margin_).nearest(q);
 }
 

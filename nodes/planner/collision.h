@@ -56,6 +56,8 @@ class CollisionChecker {
   std::vector<char> free_columns(const Eigen::Ref<const Eigen::MatrixXd>& postures);
   /// Which ball or part touches what, in words; nothing if the posture is free.
   std::optional<std::string> contact(const Eigen::Ref<const Eigen::VectorXd>& q);
+  /// The same of the pair that is nearest, though it may not touch.
+  std::string nearest(const Eigen::Ref<const Eigen::VectorXd>& q) const;
   /// The straight motion from a to b in joint space is proven free. Does not allocate in the long
   /// run.
   bool certify(const Eigen::Ref<const Eigen::VectorXd>& a,
@@ -84,7 +86,7 @@ class CollisionChecker {
   Obstacles obstacles_;
   double margin_;
   BatchChecker batch_;
-  std::optional<PartChecker> parts_;  // of arms that have parts
+  std::optional<PartChecker> parts_;  // if arm or obstacles have parts
   Interrupt interrupt_;
   BatchChecker::Postures lanes_;                  // scratch
   Eigen::VectorXd q_, deviation_;                 // scratch

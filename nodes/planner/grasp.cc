@@ -107,6 +107,19 @@ std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::V
       return "the obstacle ball at " + in_mm(ball.center);
     }
   }
+  for (const kin::Hull& hull : table.hulls) {
+    constexpr int kSides = 16;
+    constexpr double kAround = 1.02;  // 1 / cos(π/16): the prism holds the cylinder
+    math::ConvexPart prism{Eigen::MatrixX3d(2 * kSides, 3)};
+    for (int i = 0; i < 2 * kSides; ++i) {
+      const double angle = 2.0 * M_PI * (i / 2) / kSides;
+      prism.points.row(i) =
+          center + Eigen::Vector3d(kAround * r * std::cos(angle), kAround * r * std::sin(angle),
+                                   (i % 2 ? 1.0 : -1.0) * (half - kStanding));
+    }
+    const Eigen::Isometry3d same = Eigen::Isometry3d::Identity();
+    if (math::gap_between(prism, hull.shape, same).at_least <= 0.0) return "the " + hull.name;
+  }
   for (const auto& box : table.boxes) {
     const Eigen::Vector3d d = ((box.center - center).cwiseAbs() - box.half_extent).cwiseMax(0.0);
     if (d.head<2>().norm() < r && d.z() < half - kStanding) return in_words(box);

@@ -47,6 +47,7 @@ class MovePlanner {
         checker_(arm, around_, settings.margin_m, settings.interrupt) {}
 
   tl::expected<TaskPlan, Status> plan(const Move& move, Eigen::VectorXd start) {
+    if (!move.tool.empty()) return along(move, start);
     for (std::size_t i = 0; i <= move.via.size(); ++i) {
       const bool last = i == move.via.size();
       const std::string what = last ? "the goal" : fmt::format("place {} of the way", i + 1);
@@ -70,8 +71,11 @@ class MovePlanner {
     }
     const auto legs = through(start, 0);
     if (!legs) return tl::unexpected(legs.error());
-    for (const Way& leg : *legs) {
-      if (!add(plan, leg, around_, settings_.speed)) return tl::unexpected(Status{kUnstoppable});
+    for (const FoundPath& leg : *legs) {
+      const std::size_t before = plan.motions.size();
+      if (!add(plan, leg.waypoints, around_, settings_.speed))
+        return tl::unexpected(Status{kUnstoppable});
+      if (plan.motions.size() > before) plan.motions.back().found_by = leg.by;
       plan.passed.resize(plan.motions.size(), passed_);
       ++passed_;
     }
@@ -79,6 +83,21 @@ class MovePlanner {
   }
 
  private:
+  tl::expected<TaskPlan, Status> along(const Move& move, const Eigen::VectorXd& start) {
+    settings_.interrupt.enter("the tool's way was sought");
+    const auto path = ToolPath::make(kin::end_effector(arm_, start), move.tool);
+    if (!path) return tl::unexpected(path.error());
+    const auto way = tool_way(arm_, *path, move.tolerance, start, checker_);
+    if (!way) return tl::unexpected(way.error());
+    TaskPlan plan;
+    const auto keeps = [&](const Eigen::MatrixXd& curve) {
+      return keeps_to(arm_, *path, move.tolerance, curve);
+    };
+    if (!add(plan, *way, around_, settings_.speed, keeps))
+      return tl::unexpected(Status{kUnstoppable});
+    return plan;
+  }
+
   struct Candidates {
     std::string what;
     Way postures;
@@ -86,7 +105,7 @@ class MovePlanner {
 
   static Obstacles obstacles(const PlanRequest& request, bool leaving) {
     const kin::Table& table = request.table;
-    Obstacles all{table.balls, table.boxes, request.held, {}};
+    Obstacles all{table.balls, table.boxes, request.held, {}, table.hulls};
     if (!request.held.empty()) {
       if (leaving) all.boxes.swap(all.supports);
     } else if (table.object_radius > 0.0 && !leaving) {
@@ -121,7 +140,8 @@ class MovePlanner {
   }
 
   /// The legs from `from` to place `index` and on to the last.
-  tl::expected<std::vector<Way>, Status> through(const Eigen::VectorXd& from, std::size_t index) {
+  tl::expected<std::vector<FoundPath>, Status> through(const Eigen::VectorXd& from,
+                                                       std::size_t index) {
     Way open = places_[index].postures;
     Status failure{"to " + places_[index].what + ": no path within the allowed effort"};
     bool found = false;
@@ -134,10 +154,10 @@ class MovePlanner {
         break;
       }
       found = true;
-      if (index + 1 == places_.size()) return std::vector<Way>{std::move(leg->waypoints)};
+      if (index + 1 == places_.size()) return std::vector<FoundPath>{std::move(*leg)};
       auto rest = through(leg->waypoints.back(), index + 1);
       if (rest) {
-        rest->insert(rest->begin(), std::move(leg->waypoints));
+        rest->insert(rest->begin(), std::move(*leg));
         return rest;
       }
       failure = rest.error();
@@ -146,10 +166,11 @@ class MovePlanner {
     return tl::unexpected(failure);
   }
 
-  bool add(TaskPlan& plan, const Way& way, const Obstacles& obstacles, double speed) const {
+  bool add(TaskPlan& plan, const Way& way, const Obstacles& obstacles, double speed,
+           const SmoothPath::Accept& corners = {}) const {
     if (path_length(way) < 1e-9) return true;
     settings_.interrupt.enter("a motion was timed");
-    auto motion = timed_motion(arm_, Phase::reach, way, obstacles, speed, settings_);
+    auto motion = timed_motion(arm_, Phase::reach, way, obstacles, speed, settings_, 0.0, corners);
     if (!motion) return false;
     plan.path_length_rad += motion->length_rad;
     plan.motions.push_back(std::move(*motion));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "nodes/planner/task_plan.h"
+#include "nodes/planner/tool_path.h"
 
 namespace mimesis::planner {
 
@@ -17,6 +18,10 @@ struct Place {
 struct Move {
   std::vector<Place> via{};    ///< where it rests on its way, in this order
   std::vector<Place> goals{};  ///< where it ends: at one of them
+  /// Instead of places: the way of the tool, without a halt but where a corner is sharper than the
+  /// tolerance.
+  std::vector<ToolPiece> tool{};
+  ToolTolerance tolerance{};
 };
 
 /// A planning problem.
@@ -29,9 +34,9 @@ struct PlanRequest {
 
 /// Motions of phase `reach` from `start` through all places of the move, one for each leg; none if
 /// the arm is there. Where several postures fit a place, others are tried if the rest of the way
-/// fails. The table's object is an obstacle, or carried if it is held. An arm that stands where it
-/// touches the object leaves it straight back first; an object in its hand that stands on a box is
-/// lifted first. `roadmap` may be empty.
+/// fails. Of a tool's way one motion. The table's object is an obstacle, or carried if it is held.
+/// An arm that stands where it touches the object leaves it straight back first; an object in its
+/// hand that stands on a box is lifted first. `roadmap` may be empty.
 tl::expected<TaskPlan, Status> plan_move(const kin::ArmModel& arm, const Roadmap& roadmap,
                                          const PlanRequest& request, const TaskSettings& settings);
 

@@ -46,20 +46,13 @@ PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, d
     const std::string& group = arm.groups[static_cast<std::size_t>(part.group)];
     std::string name =
         (is_ball ? "ball " : "part ") + std::to_string(parts_.size()) + " (" + group + ")";
-    add(std::move(part), std::move(name), false, false, false);
+    const Body body{part.frame, part.group};
+    add(std::move(part), std::move(name), body);
   }
   for (const kin::Ball& ball : obstacles.held)
-    add(ball_part(arm.dof(), hand, arm.X_LE * ball.center, ball.radius), "the held object", true,
-        false, false);
-  for (const kin::Ball& ball : obstacles.balls)
-    add(ball_part(0, -1, ball.center, ball.radius), "the obstacle ball at " + in_mm(ball.center),
-        false, true, false);
-  for (const bool support : {false, true}) {
-    for (const kin::Box& box : support ? obstacles.supports : obstacles.boxes) {
-      kin::SafetyPart part{0, -1, box_part(box), {math::round_bound(box_part(box))}};
-      add(std::move(part), in_words(box), false, true, support);
-    }
-  }
+    add(ball_part(arm.dof(), hand, arm.X_LE * ball.center, ball.radius), "the held object",
+        {arm.dof(), hand, true});
+  add_obstacles(obstacles);
   for (Body& body : bodies_) {
     for (const std::size_t part : body.parts) {
       const std::vector<math::RoundBound>& cover = parts_[part].shape.cover;
@@ -110,18 +103,46 @@ PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, d
   directions_.resize(arm.links.size());
 }
 
-void PartChecker::add(kin::SafetyPart shape, std::string name, bool held, bool obstacle,
-                      bool support) {
-  const auto same = [&](const Body& body) {
-    return !obstacle && !body.obstacle && body.frame == shape.frame && body.group == shape.group &&
-           body.held == held;
+void PartChecker::add_obstacles(const Obstacles& obstacles) {
+  constexpr std::size_t kMostBalls = 16;  // of a body
+  Body body{.frame = 0, .group = -1, .obstacle = true};
+  Eigen::Matrix3Xd centers(3, std::ssize(obstacles.balls));
+  for (Eigen::Index i = 0; i < centers.cols(); ++i)
+    centers.col(i) = obstacles.balls[static_cast<std::size_t>(i)].center;
+  for (const std::vector<std::size_t>& near : near_each_other(centers, kMostBalls)) {
+    ++body.number;
+    for (const std::size_t i : near) {
+      const kin::Ball& ball = obstacles.balls[i];
+      add(ball_part(0, -1, ball.center, ball.radius), "the obstacle ball at " + in_mm(ball.center),
+          body);
+    }
+  }
+  for (const kin::Hull& hull : obstacles.hulls) {
+    ++body.number;
+    add({0, -1, hull.shape, hull.cover}, "the " + hull.name, body);
+  }
+  for (const bool support : {false, true}) {
+    body.support = support;
+    for (const kin::Box& box : support ? obstacles.supports : obstacles.boxes) {
+      ++body.number;
+      const math::ConvexPart part = box_part(box);
+      add({0, -1, part, {math::round_bound(part)}}, in_words(box), body);
+    }
+  }
+}
+
+void PartChecker::add(kin::SafetyPart shape, std::string name, Body body) {
+  const auto same = [&body](const Body& other) {
+    return body.obstacle == other.obstacle && body.frame == other.frame &&
+           body.group == other.group && body.held == other.held && body.number == other.number;
   };
-  auto body = std::ranges::find_if(bodies_, same);
-  if (body == bodies_.end())
-    body = bodies_.insert(body, {shape.frame, shape.group, held, obstacle, support});
-  body->parts.push_back(parts_.size());
+  // Those of an obstacle follow each other.
+  auto known = body.obstacle && !bodies_.empty() ? bodies_.end() - 1 : bodies_.begin();
+  known = std::find_if(known, bodies_.end(), same);
+  if (known == bodies_.end()) known = bodies_.insert(known, std::move(body));
+  known->parts.push_back(parts_.size());
   const math::RoundBound whole = around(shape.cover);
-  parts_.push_back({std::move(shape), std::move(name), held, whole});
+  parts_.push_back({std::move(shape), std::move(name), whole});
 }
 
 void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {

@@ -34,13 +34,13 @@ class PartChecker {
   struct Part {
     kin::SafetyPart shape;  // in its frame, or in W
     std::string name;
-    bool held = false;
     math::RoundBound around{};  // the cover
   };
-  /// Parts of a frame and group, or one obstacle.
+  /// Parts of a frame and group, or obstacles that are near each other.
   struct Body {
     int frame = 0, group = 0;
     bool held = false, obstacle = false, support = false;
+    std::size_t number = 0;  // of obstacles
     std::vector<std::size_t> parts{};
     const math::ConvexPart* hull = nullptr;  // around several parts; none: all are looked at
     std::vector<math::RoundBound> cover{};
@@ -55,7 +55,8 @@ class PartChecker {
     Eigen::VectorXd lo{}, hi{};  // of the joints between the links: the box that was looked at last
     bool settled = false;        // free in all of it
   };
-  void add(kin::SafetyPart shape, std::string name, bool held, bool obstacle, bool support);
+  void add_obstacles(const Obstacles& obstacles);
+  void add(kin::SafetyPart shape, std::string name, Body body);
   void place(const Eigen::Ref<const Eigen::VectorXd>& q);
   double motion(const std::vector<math::RoundBound>& cover, std::vector<double>& known,
                 std::size_t frame, std::size_t relative_to) const;

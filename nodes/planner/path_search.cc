@@ -218,7 +218,7 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
     return found;
   }
 
-  if (roadmap.size() > 0) {
+  if (roadmap.size() > 0 && settings.by != Search::trees) {
     Network network(checker, cost);
     network.take(roadmap, free_nodes);
     const int begin = network.add(start, 2 * settings.neighbours);
@@ -233,7 +233,10 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
     found.links_checked = network.links_checked();
     found.nodes = network.size();
     if (!path.empty()) found.waypoints = refine_online(network, path, checker, cost, settings);
+    found.by = FoundBy::waves;
   }
+  if (found.waypoints.empty() && settings.by == Search::waves && !interrupt.told())
+    return tl::unexpected(Status{"no wave arrives within the allowed effort"});
   if (found.waypoints.empty()) {
     std::vector<Eigen::VectorXd> ends;
     for (const std::size_t i : open) ends.push_back(goals[i]);
@@ -244,7 +247,7 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
                                              : Status{"no path within the allowed effort"});
     }
     found.waypoints = std::move(*path);
-    found.by_trees = true;
+    found.by = FoundBy::trees;
   }
   found.goal = static_cast<int>(std::find(goals.begin(), goals.end(), found.waypoints.back()) -
                                 goals.begin());

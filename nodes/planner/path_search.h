@@ -35,7 +35,17 @@ Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
 /// passed one step before, down to a goal. Empty if the wave did not reach the start.
 std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start);
 
+/// What looks for a way where the straight line is not free.
+enum class Search : std::uint8_t {
+  waves,  ///< waves on the roadmap alone
+  trees,  ///< two trees alone
+  both,   ///< trees where waves do not arrive
+};
+/// What a path was found by.
+enum class FoundBy : std::uint8_t { line, waves, trees };
+
 struct SearchSettings {
+  Search by = Search::both;
   int neighbours = 4;          ///< k for nodes added to the roadmap [1]
   int online_refinements = 2;  ///< iterations around the found path [1]
   int max_waves = 300;         ///< effort: each wave that fails costs one link [1]
@@ -49,8 +59,8 @@ struct SearchSettings {
 struct FoundPath {
   std::vector<Eigen::VectorXd> waypoints;  ///< [rad]
   int goal = 0;                            ///< which of the goals it ends in
-  int waves = 0;                           ///< 0: the straight line was free, or no roadmap given
-  bool by_trees = false;                   ///< the network was torn
+  int waves = 0;                           ///< sent; 0: none were needed, or no roadmap given
+  FoundBy by = FoundBy::line;
   int links_checked = 0;
   int nodes = 0;  ///< number of nodes of the network at the end
 };
@@ -61,9 +71,9 @@ using PostureCost = std::function<double(const Eigen::VectorXd&)>;
 /// Finds a path from `start` to any of `goals` that `checker` certifies:
 /// straight line if free, else waves on the roadmap, links of the found path certified, failing
 /// ones cut, until a whole path stands; on-line refinement around it [M18 2.3.2]; shortcuts. Where
-/// the network is torn or there is none, trees (join_by_trees) search without it. Failure: a reason
-/// in words (start or goals in collision and with what, effort exhausted). When the checker is
-/// interrupted, the search ends with the path that it has, or fails.
+/// the network is torn or there is none, trees (join_by_trees) search without it, if they may.
+/// Failure: a reason in words (start or goals in collision and with what, effort exhausted). When
+/// the checker is interrupted, the search ends with the path that it has, or fails.
 /// @param free  the nodes of the roadmap, as free_columns of the checker judges them; empty: a node
 ///   is judged when a path needs it
 tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionChecker& checker,

@@ -157,7 +157,7 @@ SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& 
   s.keeps_clear = [arm, margin = p.margin_m](const TaskPlan& plan, std::size_t first,
                                              const kin::Table& planned, const kin::Table& now) {
     const Obstacles moved = moved_obstacles(planned, now, 0.5 * margin);
-    return (moved.balls.empty() && moved.boxes.empty()) ||
+    return (moved.balls.empty() && moved.boxes.empty() && moved.hulls.empty()) ||
            keeps_clear(arm, planned, plan, first, moved, 0.5 * margin);
   };
   return s;
@@ -173,7 +173,8 @@ using model::Rgba;
 using model::to_eigen;
 
 constexpr Rgba kEmpty{0.1, 0.75, 0.95, 1.0}, kHolding{0.95, 0.25, 0.85, 1.0},
-    kText{0.95, 0.95, 0.95, 1.0}, kSeen{0.95, 0.75, 0.2, 0.35}, kDoubt{0.95, 0.3, 0.2, 0.6};
+    kText{0.95, 0.95, 0.95, 1.0}, kSeen{0.95, 0.75, 0.2, 0.35}, kDoubt{0.95, 0.3, 0.2, 0.6},
+    kAdded{0.7, 0.55, 0.85, 1.0};
 constexpr double kEvery_s = 0.02;  // a point of the way
 constexpr double kAxes_m = 0.06, kLabel_m = 0.03;
 
@@ -261,7 +262,9 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       seen_(bus, "seen", {.latched = true}),
       robot_(bus, "robot", {.latched = true}),
       robot_frames_(bus, "robot_frames", {.latched = true}) {
-  if (!params.table.empty()) table_ = model::load_scene(params.table);
+  if (!params.table.empty()) table_ = given_ = model::load_scene(params.table);
+  runtime::offer<v1::Obstacle, v1::ObstacleNames>(
+      bus, "obstacle", [this](const v1::Obstacle& obstacle) { return add(obstacle); });
   for (const std::string& link : arm_.unchecked)
     runtime::warn("link '{}' has no known shape: nothing of it is checked", link);
 }
@@ -316,7 +319,10 @@ void PlannerNode::read_inputs(runtime::Time now) {
       decided_ = std::move(decided);
     }
   }
-  if (const auto* scene = scene_in_.take()) table_ = model::from_proto(*scene);
+  if (const auto* scene = scene_in_.take()) {
+    given_ = model::from_proto(*scene);
+    place_obstacles();
+  }
   const auto* arm = arm_in_.fresh(now, stale);
   arm_reading_ = arm == nullptr ? std::nullopt : to_reading(*arm, arm_.dof());
   if (arm != nullptr && !arm_reading_ && unusable_.pass()) {
@@ -326,6 +332,66 @@ void PlannerNode::read_inputs(runtime::Time now) {
   const auto* hand = hand_in_.fresh(now, stale);
   hand_reading_ = hand == nullptr ? std::nullopt : std::optional(to_reading(*hand));
   if (!params_.has_hand) hand_reading_ = HandReading{.active = true, .fault = {}};
+}
+
+tl::expected<v1::ObstacleNames, Status> PlannerNode::add(const v1::Obstacle& obstacle) {
+  constexpr std::size_t kMostObstacles = 256, kMostLetters = 64;
+  constexpr double kMost_m = 100.0;
+  const std::string& name = obstacle.name();
+  if (name.empty() || name.size() > kMostLetters)
+    return tl::unexpected(Status{fmt::format("name: expected 1 to {} bytes", kMostLetters)});
+  const auto place = [](const v1::Vector3& p) {
+    const Vector3d at = to_eigen(p);
+    return at.allFinite() && at.norm() < kMost_m;
+  };
+  const auto length = [](double m) { return m > 0.0 && m < kMost_m; };
+  for (const v1::Ball& ball : obstacle.balls()) {
+    if (!place(ball.center_in_world_m()) || !length(ball.radius_m()))
+      return tl::unexpected(Status{"balls: expected a place and radius_m above 0, below 100 m"});
+  }
+  for (const v1::Box& box : obstacle.boxes()) {
+    const Vector3d half = to_eigen(box.half_extent_m());
+    if (!place(box.center_in_world_m()) || !length(half.x()) || !length(half.y()) ||
+        !length(half.z()))
+      return tl::unexpected(
+          Status{"boxes: expected a place and half_extent_m above 0, below 100 m"});
+  }
+  for (const v1::Hull& hull : obstacle.hulls()) {
+    if (hull.points_in_world_m().empty() || !std::ranges::all_of(hull.points_in_world_m(), place) ||
+        !(hull.radius_m() >= 0.0 && hull.radius_m() < kMost_m))
+      return tl::unexpected(
+          Status{"hulls: expected points and radius_m not below 0, all below 100 m"});
+  }
+  if (obstacle.balls().empty() && obstacle.boxes().empty() && obstacle.hulls().empty()) {
+    if (obstacles_.erase(name) == 0)
+      return tl::unexpected(Status{fmt::format("no obstacle '{}' was added", name)});
+  } else if (obstacles_.size() >= kMostObstacles && !obstacles_.contains(name)) {
+    return tl::unexpected(Status{fmt::format("{} obstacles were added already", kMostObstacles)});
+  } else {
+    obstacles_[name] = obstacle;
+  }
+  place_obstacles();
+  undrawn_obstacles_ = true;
+  v1::ObstacleNames names;
+  for (const auto& [known, shapes] : obstacles_) names.add_name(known);
+  return names;
+}
+
+void PlannerNode::place_obstacles() {
+  if (!given_) return;  // they are placed in the first scene
+  table_ = given_;
+  for (const auto& [name, obstacle] : obstacles_) {
+    v1::Scene scene;
+    *scene.mutable_obstacles() = obstacle.balls();
+    *scene.mutable_boxes() = obstacle.boxes();
+    *scene.mutable_hulls() = obstacle.hulls();
+    for (v1::Box& box : *scene.mutable_boxes()) box.set_name(name);
+    for (v1::Hull& hull : *scene.mutable_hulls()) hull.set_name(name);
+    const kin::Table added = model::from_proto(scene);
+    table_->balls.insert(table_->balls.end(), added.balls.begin(), added.balls.end());
+    table_->boxes.insert(table_->boxes.end(), added.boxes.begin(), added.boxes.end());
+    table_->hulls.insert(table_->hulls.end(), added.hulls.begin(), added.hulls.end());
+  }
 }
 
 /// Input that the motion depends on and that was silent for too long. Called in every step.
@@ -425,6 +491,23 @@ void PlannerNode::publish_drawings(runtime::Time now) {
       auto robot = model::to_robot(arm_, closure, now);
       robot_.send(robot, now);
     }
+  }
+  if (std::exchange(undrawn_obstacles_, false)) {
+    foxglove::SceneUpdate update;
+    foxglove::SceneEntity& entity = model::add_entity(update, "obstacles", "world", now);
+    for (const auto& [name, obstacle] : obstacles_) {
+      for (const v1::Ball& ball : obstacle.balls())
+        model::add_ball(entity, to_eigen(ball.center_in_world_m()), ball.radius_m(), kAdded);
+      for (const v1::Box& box : obstacle.boxes())
+        model::add_box(entity,
+                       Eigen::Isometry3d(Eigen::Translation3d(to_eigen(box.center_in_world_m()))),
+                       2.0 * to_eigen(box.half_extent_m()), kAdded);
+    }
+    if (table_) {
+      for (const kin::Hull& hull : table_->hulls)
+        if (obstacles_.contains(hull.name)) model::add_hull(entity, hull.shape, kAdded);
+    }
+    seen_.send(update, now);
   }
   const v1::Scene* scene = scene_in_.get();
   if (scene == nullptr || now < seen_due_) return;

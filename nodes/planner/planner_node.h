@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -113,6 +114,8 @@ class PlannerNode {
 
  private:
   void read_inputs(runtime::Time now);
+  void place_obstacles();
+  tl::expected<v1::ObstacleNames, Status> add(const v1::Obstacle& obstacle);
   std::string missing(runtime::Time now);
   int periods_since_last(runtime::Time now);
   void take_plan();
@@ -133,8 +136,11 @@ class PlannerNode {
   bool undrawn_ = false;  // a plan that viewers have not got
 
   std::optional<Order> decided_;
-  std::uint64_t begun_ = 0;  // id of the last decision that was begun, or shall never be
-  std::optional<kin::Table> table_;
+  std::uint64_t begun_ = 0;          // id of the last decision that was begun, or shall never be
+  std::optional<kin::Table> table_;  // with what services added
+  std::optional<kin::Table> given_;  // without
+  std::map<std::string, v1::Obstacle> obstacles_;  // that services added
+  bool undrawn_obstacles_ = false;
   std::optional<ArmReading> arm_reading_;
   runtime::Throttle unlike_{std::chrono::seconds(1)}, unusable_{std::chrono::seconds(1)},
       waits_{std::chrono::seconds(1)};

@@ -44,8 +44,8 @@ std::string fault(const kin::ArmModel& arm, const std::string& what, const v1::M
 /// Why a request cannot be taken; empty if it can.
 std::string fault(const kin::ArmModel& arm, Requests::Kind kind, const v1::PlanRequest& asked) {
   const bool symbols = asked.grip() != 0 || asked.transport() != 0 || asked.goal() != 0;
-  if (symbols + (asked.to_size() > 0) + asked.home() != 1)
-    return "expected one of a task (grip, transport, goal), `to` and `home`";
+  if (symbols + (asked.to_size() > 0) + asked.home() + (asked.tool_size() > 0) != 1)
+    return "expected one of a task (grip, transport, goal), `to`, `home` and `tool`";
   if (symbols) {
     const bool known = v1::Grip_IsValid(asked.grip()) && v1::Transport_IsValid(asked.transport()) &&
                        v1::Goal_IsValid(asked.goal());
@@ -53,7 +53,11 @@ std::string fault(const kin::ArmModel& arm, Requests::Kind kind, const v1::PlanR
       return "a task needs grip, transport and goal, each one of proto/task.proto";
     if (asked.via_size() > 0) return "via: expected with `to` or `home` alone";
   }
-  if (asked.via_size() + asked.to_size() + asked.preselected_size() > kMostPlaces)
+  if (asked.tool_size() > 0 && asked.via_size() > 0) return "via: a tool's way has its own";
+  if (!(asked.tool_off_m() == 0.0 || (asked.tool_off_m() >= 2e-4 && asked.tool_off_m() <= 0.1)))
+    return fmt::format("tool_off_m: {:g}, expected 0.0002 .. 0.1", asked.tool_off_m());
+  if (asked.via_size() + asked.to_size() + asked.preselected_size() + asked.tool_size() >
+      kMostPlaces)
     return fmt::format("more than {} places", kMostPlaces);
   if (asked.client().size() > kMostLetters)
     return fmt::format("client: more than {} bytes", kMostLetters);
@@ -70,6 +74,12 @@ std::string fault(const kin::ArmModel& arm, Requests::Kind kind, const v1::PlanR
   const auto itself = [](const v1::MotionPlace& place) { return place; };
   check("via", asked.via(), itself);
   check("to", asked.to(), itself);
+  for (int i = 0; i < asked.tool_size() && why.empty(); ++i) {
+    const v1::ToolPiece& piece = asked.tool(i);
+    if (!piece.has_to_in_world_m() || !model::to_eigen(piece.to_in_world_m()).allFinite() ||
+        !model::to_eigen(piece.via_in_world_m()).allFinite())
+      why = fmt::format("tool[{}]: expected finite to_in_world_m", i);
+  }
   check("preselected", asked.preselected(),
         [](const v1::Posture& p) { return vector(p.position_rad()); });
   return why;
@@ -86,6 +96,12 @@ std::variant<Task, Move> what(const kin::ArmModel& arm, const v1::PlanRequest& a
   for (const v1::MotionPlace& place : asked.via()) move.via.push_back(to_place(place));
   for (const v1::MotionPlace& place : asked.to()) move.goals.push_back(to_place(place));
   if (asked.home()) move.goals.push_back({arm.home});
+  for (const v1::ToolPiece& piece : asked.tool()) {
+    ToolPiece& next = move.tool.emplace_back();
+    next.to = model::to_eigen(piece.to_in_world_m());
+    if (piece.has_via_in_world_m()) next.via = model::to_eigen(piece.via_in_world_m());
+  }
+  if (asked.tool_off_m() > 0.0) move.tolerance.position_m = asked.tool_off_m();
   return move;
 }
 

@@ -28,7 +28,9 @@ constexpr int kWideWaves = 60, kWideBranches = 4000;  // effort for the wide mar
 // Pre-selected by F5: postures nearer than this to its own, and holds below them [rad].
 constexpr double kPreselected = 0.8, kHoldNear = 1.0;
 
-Obstacles table_obstacles(const kin::Table& table) { return {table.balls, table.boxes, {}, {}}; }
+Obstacles table_obstacles(const kin::Table& table) {
+  return {table.balls, table.boxes, {}, {}, table.hulls};
+}
 
 Way reversed(Way way) {
   std::reverse(way.begin(), way.end());
@@ -128,7 +130,8 @@ std::vector<kin::Ball> TaskPlanner::held_balls(const Eigen::VectorXd& q) const {
 }
 
 Obstacles TaskPlanner::carrying(bool on_its_support) const {
-  Obstacles obstacles{table_.balls, closed_passages(table_, task_.transport), held_, {}};
+  Obstacles obstacles{
+      table_.balls, closed_passages(table_, task_.transport), held_, {}, table_.hulls};
   auto& boxes = on_its_support ? obstacles.supports : obstacles.boxes;
   boxes.insert(boxes.end(), table_.boxes.begin(), table_.boxes.end());
   return obstacles;
@@ -322,8 +325,14 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan_between(const Eigen::VectorXd& 
       add_motion(plan, Phase::transport, grasp.up, supported, gentle, grasp_m) &&
       add_motion(plan, Phase::transport, transport->waypoints, carried, fast, margin_m) &&
       add_motion(plan, Phase::transport, reversed(place.up), supported, gentle, place_m) &&
-      add_motion(plan, Phase::retreat, place.away, alone, gentle, place_m))
+      add_motion(plan, Phase::retreat, place.away, alone, gentle, place_m)) {
+    for (PlannedMotion& motion : plan.motions) {
+      if (motion.phase == Phase::reach) motion.found_by = reach->by;
+      if (motion.phase == Phase::transport && motion.obstacles.supports.empty())
+        motion.found_by = transport->by;
+    }
     return plan;
+  }
   return tl::unexpected(Status{"a motion cannot be stopped without touching something"});
 }
 
@@ -345,13 +354,16 @@ double stop_delay_s(const kin::ArmModel& arm, double period_s) {
 std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
                                           const std::vector<Eigen::VectorXd>& waypoints,
                                           const Obstacles& obstacles, double speed,
-                                          const TaskSettings& settings, double margin_m) {
+                                          const TaskSettings& settings, double margin_m,
+                                          const SmoothPath::Accept& corners) {
   margin_m = std::max(margin_m, settings.margin_m);
   CollisionChecker checker(arm, obstacles, margin_m, settings.interrupt);
   CollisionChecker stops(arm, obstacles, kStopMargin * settings.margin_m, settings.interrupt);
   const SmoothPath path(
       waypoints, settings.corner_rad,
-      [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); },
+      [&](const Eigen::MatrixXd& curve) {
+        return (!corners || corners(curve)) && checker.certify_curve(curve);
+      },
       settings.interrupt);
   const double alone_s = stop_alone_s(settings.period_s);
   auto motion = time_optimal(
@@ -366,8 +378,8 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
       },
       kPace * alone_s, kJerk * arm.j_max, settings.interrupt);
   if (!motion) return std::nullopt;
-  return PlannedMotion{phase,         path.curves(), obstacles, std::move(*motion),
-                       path.length(), margin_m};
+  return PlannedMotion{phase,         path.curves(), obstacles,    std::move(*motion),
+                       path.length(), margin_m,      FoundBy::line};
 }
 
 std::vector<Eigen::VectorXd> carried_postures(const TaskPlan& plan, int count) {
@@ -461,6 +473,18 @@ Obstacles moved_obstacles(const kin::Table& planned, const kin::Table& now, doub
         });
     if (!known) moved.boxes.push_back(box);
   }
+  for (const kin::Hull& hull : now.hulls) {
+    const math::ConvexPart& at = hull.shape;
+    const bool known =
+        std::any_of(planned.hulls.begin(), planned.hulls.end(), [&](const kin::Hull& h) {
+          const math::ConvexPart& was = h.shape;
+          return was.points.rows() == at.points.rows() &&
+                 (was.points - at.points).rowwise().norm().maxCoeff() +
+                         std::max(0.0, at.radius - was.radius) <=
+                     tolerance_m;
+        });
+    if (!known) moved.hulls.push_back(hull);
+  }
   return moved;
 }
 
@@ -468,7 +492,7 @@ bool keeps_clear(const kin::ArmModel& arm, const kin::Table& table, const TaskPl
                  std::size_t first, const Obstacles& moved, double margin_m) {
   for (std::size_t i = first; i < plan.motions.size(); ++i) {
     const PlannedMotion& motion = plan.motions[i];
-    Obstacles obstacles{moved.balls, moved.boxes, motion.obstacles.held, {}};
+    Obstacles obstacles{moved.balls, moved.boxes, motion.obstacles.held, {}, moved.hulls};
     if (!motion.obstacles.supports.empty()) {
       // The object may stand on what moved, as on any box: not its balls count, which reach into
       // the box, but the upright cylinder that it sweeps.

@@ -62,6 +62,7 @@ struct PlannedMotion {
   JointTrajectory trajectory;
   double length_rad = 0.0;  ///< of the path
   double margin_m = 0.0;    ///< of the certificate of `curves` [m]
+  FoundBy found_by = FoundBy::line;
 };
 
 /// To keep a deadline, look at the clock once in so many calls of an Interrupt [1], and end so much
@@ -83,10 +84,12 @@ inline double stop_alone_s(double period_s) { return 4.0 * period_s; }
 /// slow it is, or if interrupted.
 /// @param waypoints  at least two that differ
 /// @param margin_m   of the path; settings.margin_m if that is more [m]
+/// @param corners    what rounded corners have to meet beside; empty: nothing
 std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
                                           const std::vector<Eigen::VectorXd>& waypoints,
                                           const Obstacles& obstacles, double speed,
-                                          const TaskSettings& settings, double margin_m = 0.0);
+                                          const TaskSettings& settings, double margin_m = 0.0,
+                                          const SmoothPath::Accept& corners = {});
 
 /// All motions of the task, complete before the first one starts. The hand closes after the
 /// approach and opens before the retreat.

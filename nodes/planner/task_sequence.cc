@@ -164,8 +164,11 @@ void TaskSequence::step_motion(const SequenceInput& input) {
   }
   if (stop_ == Stop::aborted) return fail("aborted", false);
   if (stop_ == Stop::object_lost) return fail("the object was lost in transport", false);
-  if (stop_ == Stop::obstacle_moved && phase_ != Phase::reach)
+  const auto* move = std::get_if<Move>(&order_.what);
+  const bool fixed_way = move != nullptr && !move->tool.empty();  // there is no other
+  if (stop_ == Stop::obstacle_moved && (phase_ != Phase::reach || fixed_way))
     return fail("an obstacle moved into the way", false);
+  if (stop_ && fixed_way) return fail("the object moved", false);
   if (stop_) {
     if (input.table != nullptr) plan_from_here(input);
     return;

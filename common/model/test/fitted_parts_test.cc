@@ -264,8 +264,10 @@ TEST_F(FittedParts, SaysWhatIsWrong) {
   };
   says(refusal(written(mesh("none.stl"))),
        "link 'l2': mesh 'none.stl' is not there, expected it at");
-  says(refusal(written(mesh("package://nowhere/t.stl"))),
-       "around the URDF, or in $ROS_PACKAGE_PATH");
+  says(refusal(written(mesh("package://nowhere/t.stl"))), ", or in $ROS_PACKAGE_PATH");
+  std::ofstream(urdf_folder() / "lfs.stl")
+      << "version https://git-lfs.github.com/spec/v1\noid sha256:8\n";
+  says(refusal(written(mesh("lfs.stl"))), "is a pointer of Git LFS");
   says(refusal(written(mesh("t.xyz"))), "expected STL, OBJ or Collada");
   says(refusal(written(mesh("torn.stl"))), "expected STL, OBJ or Collada");
   says(refusal(written(mesh("points.obj"))), "points.obj");

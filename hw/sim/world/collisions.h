@@ -87,8 +87,8 @@ struct Contact {
 /// Counts collisions of arm and object with the table, with each other and of the arm with itself,
 /// by safety balls [M18 2.3.2]: two bodies collide if a ball of one is nearer to a ball (or box) of
 /// the other than the sum of the radii; a ball of a convex part only if the part does, too. Bodies
-/// are the arm's groups, the object, the bar and each box. A contact of two bodies counts once,
-/// from the first overlap until they part.
+/// are the arm's groups, the object, the bar, each box and each hull. A contact of two bodies
+/// counts once, from the first overlap until they part.
 class CollisionMonitor {
  public:
   CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table)
@@ -136,6 +136,7 @@ class CollisionMonitor {
  private:
   // The held object may be pressed this deep into a box.
   static constexpr double kSupport_m = 0.003;
+  static constexpr double kFar_m = 1e3;
   static constexpr double kRelease_m = 0.001;  // a contact ends when the bodies are this far apart
 
   struct Part {  // a ball of a moving body
@@ -209,6 +210,20 @@ class CollisionMonitor {
       if (part.shape >= 0) depth = depth_of(part, depth, hull_of(box));
       note(part.body, first_box_ + static_cast<int>(k), depth - (is_object ? kSupport_m : 0.0),
            part.name, box.name);
+    }
+    for (std::size_t k = 0; k < table_.hulls.size(); ++k) {
+      const kin::Hull& hull = table_.hulls[k];
+      double depth = -kFar_m;  // of the ball in those that hold the hull
+      for (const math::RoundBound& ball : hull.cover)
+        depth = std::max(depth, part.radius + ball.radius - (part.center - ball.center).norm());
+      if (depth >= -kRelease_m) {
+        const math::ConvexPart ball{part.center.transpose(), part.radius};
+        const Eigen::Isometry3d same = Eigen::Isometry3d::Identity();
+        depth = std::min(depth, -math::gap_between(ball, hull.shape, same).at_most);
+        depth = depth_of(part, depth, hull.shape);
+      }
+      note(part.body, first_box_ + static_cast<int>(table_.boxes.size() + k),
+           depth - (is_object ? kSupport_m : 0.0), part.name, hull.name);
     }
   }
   void meet_itself() {

@@ -71,7 +71,11 @@ bool clear(const kin::ArmModel& arm, const kin::Table& table, const Eigen::Vecto
             table.balls,
             [&](const kin::Ball& b) { return (b.center - at).norm() < b.radius + away; }) ||
         std::ranges::any_of(table.boxes,
-                            [&](const kin::Box& b) { return signed_distance(b, at) < away; });
+                            [&](const kin::Box& b) { return signed_distance(b, at) < away; }) ||
+        std::ranges::any_of(table.hulls, [&](const kin::Hull& h) {
+          const math::ConvexPart ball{at.transpose(), away};
+          return math::gap_between(ball, h.shape, Eigen::Isometry3d::Identity()).at_most < 0.0;
+        });
     if (touches) return false;
   }
   return true;

@@ -93,6 +93,39 @@ Lengths known_lengths(const std::string& file) {
 void queries(benchmark::State& state) { plan_blocked_queries(state, plan_first_path, {}); }
 BENCHMARK(queries)->DenseRange(0, 2)->Iterations(1)->Unit(benchmark::kMillisecond);
 
+/// On a roadmap of the scene, which is built before: the first of the runs has that time, the best
+/// has not.
+template <Search by>
+void roadmap_queries(benchmark::State& state) {
+  std::map<const Obstacles*, Roadmap> roadmaps;
+  double building_us = 0.0;
+  plan_blocked_queries(
+      state,
+      [&](const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
+          const Query& query) {
+        CollisionChecker checker(arm, obstacles, margin_m);
+        auto known = roadmaps.find(&obstacles);
+        if (known == roadmaps.end()) {
+          const double begin_us = processor_us();
+          known = roadmaps.emplace(&obstacles, build_roadmap(checker, {}, {})).first;
+          building_us += processor_us() - begin_us;
+        }
+        auto found = find_path(known->second, checker, query.start, query.goals, {},
+                               {.by = by, .online_refinements = 0, .shortcuts = 0});
+        return found ? std::move(found->waypoints) : Path{};
+      },
+      {});
+  state.counters["roadmap_ms"] = 1e-3 * building_us / std::max(1.0, double(roadmaps.size()));
+}
+BENCHMARK_TEMPLATE(roadmap_queries, Search::waves)
+    ->DenseRange(0, 2)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_TEMPLATE(roadmap_queries, Search::both)
+    ->DenseRange(0, 2)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+
 void lengths(benchmark::State& state) {
   measure_lengths(state, [](const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m,
                             const Query& query, double end_us, std::uint64_t seed) {

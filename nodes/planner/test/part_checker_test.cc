@@ -38,6 +38,13 @@ class Parts : public ::testing::Test {
     for (kin::SafetyBall& ball : balls_.balls) ball.of_part = false;
     around_.balls = {{{0.45, 0.1, 0.5}, 0.08}, {{-0.3, 0.4, 0.7}, 0.1}};
     around_.boxes = {{{0.3, -0.4, 0.4}, {0.05, 0.1, 0.3}, "post"}};
+    kin::Hull wedge;
+    wedge.name = "wedge";
+    wedge.shape.radius = 0.01;
+    wedge.shape.points.resize(4, 3);
+    wedge.shape.points << -0.5, -0.4, 0.2, -0.2, -0.4, 0.2, -0.35, -0.1, 0.2, -0.35, -0.3, 0.9;
+    wedge.cover = {math::round_bound(wedge.shape)};
+    around_.hulls = {wedge};
   }
 
   double in(double lo, double hi) { return std::uniform_real_distribution(lo, hi)(random_); }
@@ -69,6 +76,8 @@ class Parts : public ::testing::Test {
                                     .transpose();
           least = std::min(least, math::gap_between(a.shape, box, at(a).inverse()).at_most);
         }
+        for (const kin::Hull& h : around_.hulls)
+          least = std::min(least, math::gap_between(a.shape, h.shape, at(a).inverse()).at_most);
       }
       for (const kin::SafetyPart& b : arm_.parts) {
         if (std::ranges::count(arm_.self_pairs, std::pair(a.group, b.group)) == 0) continue;

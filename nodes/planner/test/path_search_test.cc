@@ -98,7 +98,7 @@ TEST(FindPath, NeedsNoRoadmap) {
     const std::vector<Eigen::VectorXd> goals{Eigen::Vector2d(0.06, 0.0), kAbove};
     const auto found = find_path({}, checker, kBelow, goals, {}, {.shortcuts = 0, .seed = seed});
     ASSERT_TRUE(found) << found.error().reason;
-    EXPECT_TRUE(found->by_trees);
+    EXPECT_EQ(found->by, FoundBy::trees);
     EXPECT_EQ(found->goal, 1);
     EXPECT_EQ(found->waypoints.front(), kBelow);
     EXPECT_EQ(found->waypoints.back(), kAbove);

@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/model/messages.h"
 #include "common/testing/loopback.h"
 
 namespace mimesis::planner {
@@ -517,11 +518,11 @@ TEST(Requests, AProposalIsTestedWithoutAMotion) {
 TEST(Requests, WhatCannotBeIsRefusedInOneLine) {
   Clients clients;
   EXPECT_EQ(clients.refusal("test", {}),
-            "expected one of a task (grip, transport, goal), `to` and `home`");
+            "expected one of a task (grip, transport, goal), `to`, `home` and `tool`");
   auto both = clients.turned(0.1);
   both.set_home(true);
   EXPECT_EQ(clients.refusal("do", both),
-            "expected one of a task (grip, transport, goal), `to` and `home`");
+            "expected one of a task (grip, transport, goal), `to`, `home` and `tool`");
   v1::PlanRequest half;
   half.set_grip(v1::GRIP_FULL);
   EXPECT_EQ(clients.refusal("plan", half),
@@ -544,6 +545,124 @@ TEST(Requests, WhatCannotBeIsRefusedInOneLine) {
   EXPECT_EQ(clients.refusal("test", from), "taken");
   for (int i = 0; i < 40; ++i) (void)clients.ask("do", clients.turned(0.1));
   EXPECT_EQ(clients.refusal("do", clients.turned(0.1)), "32 requests wait already");
+}
+
+TEST(Requests, TheToolGoesStraight) {
+  Clients clients;
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  const Eigen::Isometry3d X = kin::end_effector(arm, clients.arm_q);
+  v1::PlanRequest asked;
+  model::to_proto(Eigen::Vector3d(X.translation() + Eigen::Vector3d(-0.05, -0.1, 0.0)),
+                  *asked.add_tool()->mutable_to_in_world_m());
+  ASSERT_TRUE(clients.ask("do", asked));
+  const auto answer = clients.answer();
+  EXPECT_TRUE(answer.succeeded()) << answer.reason();
+  const Eigen::Isometry3d at = kin::end_effector(arm, clients.arm_q);
+  EXPECT_LT((at.translation() - X.translation() - Eigen::Vector3d(-0.05, -0.1, 0.0)).norm(), 2e-5);
+  EXPECT_TRUE(at.linear().isApprox(X.linear(), 1e-3));
+  asked.set_tool_off_m(1e-5);
+  EXPECT_EQ(clients.refusal("plan", asked), "tool_off_m: 1e-05, expected 0.0002 .. 0.1");
+  asked.set_tool_off_m(0.0);
+  asked.mutable_tool(0)->mutable_to_in_world_m()->set_x_m(NAN);
+  EXPECT_EQ(clients.refusal("plan", asked), "tool[0]: expected finite to_in_world_m");
+}
+
+/// A crate about the hand when joint 1 has turned.
+v1::Obstacle crate(double turned_rad) {
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  Eigen::VectorXd q = arm.home;
+  q[0] -= turned_rad;
+  v1::Obstacle obstacle;
+  obstacle.set_name("crate");
+  v1::Box& box = *obstacle.add_boxes();
+  model::to_proto(kin::end_effector(arm, q).translation(), *box.mutable_center_in_world_m());
+  model::to_proto(Eigen::Vector3d(0.03, 0.03, 0.03), *box.mutable_half_extent_m());
+  return obstacle;
+}
+/// Names of all, or the reason.
+std::string put(Clients& clients, const v1::Obstacle& obstacle) {
+  const auto answer = clients.bus.call("test/obstacle", obstacle.SerializeAsString(), 1s);
+  if (!answer) return answer.error().reason;
+  v1::ObstacleNames names;
+  EXPECT_TRUE(names.ParseFromString(*answer));
+  std::string all;
+  for (const std::string& name : names.name()) all += name + " ";
+  return all;
+}
+
+TEST(AddedObstacles, AreInTheWayUntilTheyAreTakenAway) {
+  Clients clients;
+  const auto reason = [&] {
+    EXPECT_TRUE(clients.ask("test", clients.turned(0.5)));
+    return clients.answer().reason();
+  };
+  EXPECT_EQ(reason(), "");
+  EXPECT_EQ(put(clients, crate(0.5)), "crate ");
+  EXPECT_NE(reason().find("touches the crate"), std::string::npos) << reason();
+  v1::Obstacle post;
+  post.set_name("post");
+  v1::Hull& hull = *post.add_hulls();
+  for (const double z : {0.2, 0.4})
+    model::to_proto(Eigen::Vector3d(-0.5, 0.5, z), *hull.add_points_in_world_m());
+  hull.set_radius_m(0.02);
+  EXPECT_EQ(put(clients, post), "crate post ");
+  clients.bus.send("scene", clients.scene, clients.now);  // a new one keeps them
+  EXPECT_NE(reason().find("touches the crate"), std::string::npos);
+  EXPECT_EQ(put(clients, crate(1.5)), "crate post ") << "it is elsewhere";
+  EXPECT_EQ(reason(), "");
+  v1::Obstacle gone;
+  gone.set_name("crate");
+  EXPECT_EQ(put(clients, gone), "post ");
+  EXPECT_EQ(put(clients, gone), "no obstacle 'crate' was added");
+
+  auto wrong = crate(0.5);
+  wrong.mutable_boxes(0)->mutable_center_in_world_m()->set_x_m(NAN);
+  EXPECT_EQ(put(clients, wrong), "boxes: expected a place and half_extent_m above 0, below 100 m");
+  wrong = crate(0.5);
+  wrong.clear_name();
+  EXPECT_EQ(put(clients, wrong), "name: expected 1 to 64 bytes");
+  wrong.set_name("nothing");
+  wrong.clear_boxes();
+  wrong.add_hulls();
+  EXPECT_EQ(put(clients, wrong),
+            "hulls: expected points and radius_m not below 0, all below 100 m");
+  EXPECT_EQ(reason(), "") << "what is refused is not there";
+}
+
+/// It brakes and finds another way; one of the tool's ends there.
+TEST(AddedObstacles, AreKeptClearOfByAnArmThatMovesTowardsThem) {
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  Obstacles there;
+  there.boxes = {
+      {model::to_eigen(crate(1.0).boxes(0).center_in_world_m()), {0.03, 0.03, 0.03}, ""}};
+  for (const bool tool : {false, true}) {
+    Clients clients;
+    const Eigen::VectorXd home = clients.arm_q;
+    v1::PlanRequest asked = clients.turned(1.2);
+    if (tool) {
+      const Eigen::Vector3d p = kin::end_effector(arm, home).translation();
+      const Eigen::Vector3d to = model::to_eigen(crate(1.0).boxes(0).center_in_world_m());
+      asked.clear_to();
+      model::to_proto(Eigen::Vector3d(p + 1.1 * (to - p)),
+                      *asked.add_tool()->mutable_to_in_world_m());
+    }
+    ASSERT_TRUE(clients.ask("do", asked));
+    while (clients.arm_q[0] > home[0] - 0.2) clients.step();
+    put(clients, crate(1.0));
+    CollisionChecker checker(arm, there, 0.001);
+    std::optional<v1::PlanAnswer> answer;
+    for (int i = 0; i < 6000 && !answer; ++i) {
+      answer = clients.bus.take<v1::PlanAnswer>("answer");
+      clients.step();
+      ASSERT_TRUE(checker.free(clients.arm_q)) << "step " << i;
+    }
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->succeeded(), !tool) << answer->reason();
+    if (tool) {
+      EXPECT_EQ(answer->reason(), "an obstacle moved into the way");
+    }
+    EXPECT_LT(clients.arm_q[0], home[0] - (tool ? 0.2 : 1.19));
+  }
 }
 
 TEST(Requests, ATestWaitsForTheSceneAndSaysSo) {

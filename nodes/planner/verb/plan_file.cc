@@ -30,12 +30,27 @@ void PlanInstant::visit(ParamVisitor& v) {
   v("stop_s", stop_s, 0.0, kMost_s, 0);
 }
 
+void PlanHull::visit(ParamVisitor& v) {
+  v("name", name);
+  v("points_m", points_m, -kMost_m, kMost_m, 0);
+  v("radius_m", radius_m, 0.0, kMost_m);
+}
+
+void PlanToolPiece::visit(ParamVisitor& v) {
+  v("via_m", via_m, -kMost_m, kMost_m, 0);
+  v("to_m", to_m, -kMost_m, kMost_m, 0);
+}
+
 void PlanMotion::visit(ParamVisitor& v) {
   v("phase", phase);
   v("balls_m", balls_m, -kMost_m, kMost_m, 0);
   v("boxes_m", boxes_m, -kMost_m, kMost_m, 0);
   v("held_m", held_m, -kMost_m, kMost_m, 0);
   v("supports_m", supports_m, -kMost_m, kMost_m, 0);
+  list(v, "hulls", hulls);
+  list(v, "tool", tool);
+  v("tool_off_m", tool_off_m, 0.0, 1.0);
+  v("tool_off_rad", tool_off_rad, 0.0, 1.0);
   list(v, "instants", instants);
 }
 
@@ -60,6 +75,17 @@ void PlanFile::check(int dof) const {
     check_size(key + ".held_m", motion.held_m.size(), 4, false, "ball");
     check_size(key + ".boxes_m", motion.boxes_m.size(), 6, false, "box");
     check_size(key + ".supports_m", motion.supports_m.size(), 6, false, "box");
+    for (std::size_t i = 0; i < motion.hulls.size(); ++i) {
+      const std::string hull = key + ".hulls[" + std::to_string(i) + "].points_m";
+      check_size(hull, motion.hulls[i].points_m.size(), 3, false, "point");
+      if (motion.hulls[i].points_m.empty()) throw ConfigError(hull + ": expected some");
+    }
+    for (std::size_t i = 0; i < motion.tool.size(); ++i) {
+      const std::string piece = key + ".tool[" + std::to_string(i) + "]";
+      check_size(piece + ".to_m", motion.tool[i].to_m.size(), 3, true, "point");
+      if (!motion.tool[i].via_m.empty())
+        check_size(piece + ".via_m", motion.tool[i].via_m.size(), 3, true, "point");
+    }
     if (motion.instants.size() < 2) throw ConfigError(key + ".instants: expected two or more");
     for (std::size_t k = 0; k < motion.instants.size(); ++k) {
       const std::string at = key + ".instants[" + std::to_string(k) + "]";

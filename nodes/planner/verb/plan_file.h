@@ -18,6 +18,23 @@ struct PlanInstant {
   void visit(runtime::ParamVisitor& v);
 };
 
+/// Convex obstacle in W: all that is within `radius_m` of the hull of its points, rows x y z.
+struct PlanHull {
+  std::string name;
+  std::vector<double> points_m;
+  double radius_m = 0.0;
+
+  void visit(runtime::ParamVisitor& v);
+};
+
+/// A piece of the way that the end effector keeps to, in W: straight to `to_m`, or on a circle
+/// through `via_m`, which is empty else.
+struct PlanToolPiece {
+  std::vector<double> via_m, to_m;
+
+  void visit(runtime::ParamVisitor& v);
+};
+
 /// A motion between two postures at rest, and all that it must keep clear of, in W. Numbers in
 /// rows: balls x y z radius, boxes the centre and half the edges.
 struct PlanMotion {
@@ -25,6 +42,11 @@ struct PlanMotion {
   std::vector<double> balls_m, boxes_m;
   std::vector<double> held_m;      ///< balls that cover what the hand holds, in E
   std::vector<double> supports_m;  ///< boxes that what is held may touch
+  std::vector<PlanHull> hulls;     ///< parts of meshes
+  /// From where the end effector is at the begin, with the orientation that it has there, within
+  /// `tool_off_m` and `tool_off_rad`; empty: anywhere.
+  std::vector<PlanToolPiece> tool;
+  double tool_off_m = 0.0, tool_off_rad = 0.0;
   std::vector<PlanInstant> instants;
 
   void visit(runtime::ParamVisitor& v);
@@ -75,6 +97,7 @@ struct PlanVerdict {
 ///    the ramp from q̇ with the arm's accelerations, 0 ≤ τ ≤ `stop_delay_s`, 0 ≤ s ≤ 1;
 ///  - the same with τ = 0 and one joint elsewhere, whose drive fails alone, for each joint: between
 ///    where it was in the last `stop_alone_s` and q + q̇ `stop_alone_s` + s ρ(u);
+///  - where a motion's tool has a way: that the end effector keeps to it, until its end;
 /// and checked are limits of joints, speeds and accelerations, rest at both ends, that velocities
 /// are those of the positions, that motions join, and that each stop along the path is one: it
 /// begins where the arm is, goes forward, ends at rest within the motion, and no harder than the

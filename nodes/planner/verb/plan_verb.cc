@@ -33,6 +33,10 @@ struct PlanOptions {
   std::string scene, robot = "lwr4.yaml", start;
   std::vector<std::string> via, goals, task;
   std::vector<double> hand_m;
+  std::vector<std::string> straight, arcs;
+  std::vector<std::vector<double>> tool_m;  // of both, in order: X Y Z, of an arc two places
+  double off_m = 0.001;
+  std::string search;
   double margin_m = 0.002, speed = 0.6, deadline_s = 0.0;
   std::uint64_t seed = 1;
   std::string out, scene_log;
@@ -87,11 +91,33 @@ planner::Place place(const kin::ArmModel& arm, const std::string& what, const st
   return {{}, Eigen::Vector3d::Map(values.data())};
 }
 
+/// Pieces of the tool's way, in the order of the command line.
+std::vector<std::vector<double>> tool_pieces(const PlanOptions& o, const CLI::App& verb,
+                                             const CLI::Option* straight, const CLI::Option* arc) {
+  std::vector<std::vector<double>> pieces;
+  std::size_t lines = 0, arcs = 0;
+  for (const CLI::Option* given : verb.parse_order()) {
+    if (given != straight && given != arc) continue;
+    const bool is_arc = given == arc;
+    const std::string what = is_arc ? "--arc" : "--straight";
+    pieces.push_back(numbers_of(what, is_arc ? o.arcs[arcs++] : o.straight[lines++]));
+    if (pieces.back().size() != (is_arc ? 6u : 3u))
+      throw ConfigError(what + ": expected " + (is_arc ? "X,Y,Z,X,Y,Z" : "X,Y,Z") + " in m");
+  }
+  return pieces;
+}
+
 planner::Move move_of(const PlanOptions& o, const kin::ArmModel& arm) {
   planner::Move move;
   for (const std::string& via : o.via) move.via.push_back(place(arm, "--via", via));
   for (const std::string& goal : o.goals) move.goals.push_back({posture(arm, "--goal", goal)});
   if (!o.hand_m.empty()) move.goals.push_back({{}, Eigen::Vector3d::Map(o.hand_m.data())});
+  for (const std::vector<double>& piece : o.tool_m) {
+    planner::ToolPiece next{{}, Eigen::Vector3d::Map(&piece[piece.size() - 3])};
+    if (piece.size() > 3) next.via = Eigen::Vector3d::Map(piece.data());
+    move.tool.push_back(next);
+  }
+  move.tolerance.position_m = o.off_m;
   return move;
 }
 
@@ -120,8 +146,13 @@ tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel&
         fmt::format("the deadline of {:g} ms passed", 1e3 * o.deadline_s),
         [end] { return std::chrono::steady_clock::now() >= end; }, planner::kQuestionsPerLook);
   }
-  const planner::Roadmap roadmap =
-      task ? prepare_roadmap(arm, request.table, settings) : planner::Roadmap{};
+  using planner::Search;
+  settings.search.by = o.search == "waves"                                ? Search::waves
+                       : o.search == "both" || (task && o.search.empty()) ? Search::both
+                                                                          : Search::trees;
+  const planner::Roadmap roadmap = settings.search.by == Search::trees
+                                       ? planner::Roadmap{}
+                                       : prepare_roadmap(arm, request.table, settings);
   auto plan = plan_request(arm, roadmap, request, settings);
   if (!plan) return tl::unexpected(plan.error());
   if (plan->motions.empty()) return tl::unexpected(Status{"the arm is at the goal already"});
@@ -132,6 +163,11 @@ tl::expected<Plan, Status> plan_asked(const PlanOptions& o, const kin::ArmModel&
 const char* name_of(planner::Phase phase) {
   constexpr std::array kNames{"reach", "approach", "grasp", "transport", "release", "retreat"};
   return kNames.at(static_cast<std::size_t>(phase));
+}
+
+const char* name_of(planner::FoundBy by) {
+  constexpr std::array kNames{"line", "waves", "trees"};
+  return kNames.at(static_cast<std::size_t>(by));
 }
 
 std::vector<double> numbers(const Eigen::Ref<const Eigen::VectorXd>& v) {
@@ -154,11 +190,28 @@ std::vector<double> rows(const std::vector<kin::Box>& boxes) {
   return out;
 }
 
+std::vector<PlanHull> hulls(const std::vector<kin::Hull>& given) {
+  std::vector<PlanHull> out;
+  for (const kin::Hull& hull : given) {
+    PlanHull& next = out.emplace_back(PlanHull{hull.name, {}, hull.shape.radius});
+    for (const auto& p : hull.shape.points.rowwise())
+      next.points_m.insert(next.points_m.end(), p.begin(), p.end());
+  }
+  return out;
+}
+
 /// Every instant as the planner streams it, and how it would brake there.
 PlanMotion exported(const PlannedMotion& motion, const kin::ArmModel& arm) {
-  PlanMotion out{name_of(motion.phase),           rows(motion.obstacles.balls),
-                 rows(motion.obstacles.boxes),    rows(motion.obstacles.held),
-                 rows(motion.obstacles.supports), {}};
+  PlanMotion out{name_of(motion.phase),
+                 rows(motion.obstacles.balls),
+                 rows(motion.obstacles.boxes),
+                 rows(motion.obstacles.held),
+                 rows(motion.obstacles.supports),
+                 hulls(motion.obstacles.hulls),
+                 {},
+                 0.0,
+                 0.0,
+                 {}};
   planner::Playback playback(kBrakes * arm.a_max);
   playback.start(motion.trajectory);
   for (Eigen::Index k = 0; k < motion.trajectory.samples(); ++k, playback.advance()) {
@@ -185,6 +238,13 @@ void save(const PlanOptions& o, const kin::ArmModel& arm, const planner::TaskSet
   file.stop_delay_s = planner::stop_delay_s(arm, settings.period_s);
   file.stop_alone_s = planner::stop_alone_s(settings.period_s);
   for (const PlannedMotion& motion : plan.motions) file.motions.push_back(exported(motion, arm));
+  if (!o.tool_m.empty()) {
+    PlanMotion& motion = file.motions.front();
+    for (const std::vector<double>& piece : o.tool_m)
+      motion.tool.push_back({{piece.begin(), piece.end() - 3}, {piece.end() - 3, piece.end()}});
+    motion.tool_off_m = o.off_m;
+    motion.tool_off_rad = planner::ToolTolerance{}.angle_rad;
+  }
   save_plan(file, o.out);
 }
 
@@ -227,8 +287,8 @@ int plan_and_print(const PlanOptions& o) {
   const kin::Table table = model::load_scene(o.scene);
   const Eigen::VectorXd start =
       o.start.empty() ? arm.home : posture(arm, "--start", o.start, planner::kAtLimit);
-  if (o.goals.empty() + o.hand_m.empty() + o.task.empty() != 2)
-    throw ConfigError("expected one of --goal, --hand and --task");
+  if (o.goals.empty() + o.hand_m.empty() + o.task.empty() + o.tool_m.empty() != 3)
+    throw ConfigError("expected one of --goal, --hand, --task, and --straight with --arc");
   planner::TaskSettings settings;
   settings.margin_m = o.margin_m;
   settings.speed = o.speed;
@@ -236,7 +296,8 @@ int plan_and_print(const PlanOptions& o) {
   settings.period_s = 1.0 / arm.rate_hz;
   settings.search.seed = settings.roadmap.seed = o.seed;
 
-  if (!o.task.empty() && !o.via.empty()) throw ConfigError("--via: a task has a way of its own");
+  if (!o.via.empty() && (!o.task.empty() || !o.tool_m.empty()))
+    throw ConfigError("--via: a task and a tool's way have a way of their own");
   planner::PlanRequest request{table, start, move_of(o, arm)};
   if (!o.task.empty()) request.what = task_of(o.task, table);
 
@@ -253,16 +314,17 @@ int plan_and_print(const PlanOptions& o) {
     return kFailed;
   }
   double duration_s = 0.0;
-  TextTable lines({"motion", "length [rad]", "time [s]"});
+  TextTable lines({"motion", "length [rad]", "time [s]", "found by"});
   report["motions"] = Json::array();
   for (const PlannedMotion& motion : plan->motions) {
     const double time_s = motion.trajectory.duration_s();
     duration_s += time_s;
     lines.row({name_of(motion.phase), fmt::format("{:.3f}", motion.length_rad),
-               fmt::format("{:.3f}", time_s)});
+               fmt::format("{:.3f}", time_s), name_of(motion.found_by)});
     report["motions"].push_back({{"phase", name_of(motion.phase)},
                                  {"length_rad", motion.length_rad},
                                  {"duration_s", time_s},
+                                 {"found_by", name_of(motion.found_by)},
                                  {"end_rad", numbers(motion.trajectory.position.rightCols(1))}});
   }
   report["length_rad"] = plan->length_rad;
@@ -279,8 +341,10 @@ int plan_and_print(const PlanOptions& o) {
     for (Eigen::Index j = 0; j < q.size(); ++j) fmt::print("{}{:.4f}", j == 0 ? "" : ",", q[j]);
     fmt::print("\n");
   }
-  fmt::print("{:.3f} rad in {:.3f} s, planned in {:.1f} ms\n", plan->length_rad, duration_s,
-             1e3 * planning_s);
+  const bool one = plan->motions.size() == 1;
+  fmt::print("{:.3f} rad in {:.3f} s, planned in {:.1f} ms{}{}\n", plan->length_rad, duration_s,
+             1e3 * planning_s, one ? ", found by " : "",
+             one ? name_of(plan->motions.front().found_by) : "");
   return kDone;
 }
 
@@ -305,6 +369,20 @@ void add_plan(CLI::App& program, int& exit_code) {
                    "Place where the motion rests on its way: posture, or place of the hand "
                    "(repeatable, in this order)")
       ->type_name("Q,Q,..|hand:X,Y,Z");
+  CLI::Option* straight =
+      verb->add_option("--straight", o->straight,
+                       "Or: the tool goes straight to a place in m, turned as it is (repeatable)")
+          ->type_name("X,Y,Z");
+  CLI::Option* arc = verb->add_option("--arc", o->arcs,
+                                      "Or: on a circle through one place to another; with "
+                                      "--straight in the order given (repeatable)")
+                         ->type_name("X,Y,Z,X,Y,Z");
+  verb->add_option("--off-m", o->off_m, "How far the tool may be off its way [0.001]")
+      ->check(CLI::Range(2e-4, 0.1));
+  verb->add_option("--search", o->search,
+                   "What looks for a way: waves on a roadmap, trees, or both [trees; for a task "
+                   "both]")
+      ->check(CLI::IsMember({"waves", "trees", "both"}));
   verb->add_option("--task", o->task,
                    "Or: bring the object to a goal of the scene: precision|full above|below GOAL")
       ->expected(3)
@@ -332,10 +410,14 @@ void add_plan(CLI::App& program, int& exit_code) {
       "  mimesis plan bar_table.yaml --hand 0.6 0.1 0.6\n"
       "  mimesis plan planar16.yaml --robot planar2.yaml --start=-0.3,-0.2 --goal 0.92,1.42\n"
       "  mimesis plan bar_table.yaml --via hand:0.4,0.4,0.6 --hand 0.6 -0.3 0.5\n"
+      "  mimesis plan bar_table.yaml --straight 0.5,0.3,0.6 --arc 0.6,0.1,0.7,0.5,-0.1,0.6\n"
       "  mimesis plan bar_table.yaml --task precision above high -o plan.yaml --scene "
       "plan.mcap\n"
       "  mimesis plan verify plan.yaml");
-  verb->callback([o, &exit_code] { exit_code = plan_and_print(*o); });
+  verb->callback([o, verb, straight, arc, &exit_code] {
+    o->tool_m = tool_pieces(*o, *verb, straight, arc);
+    exit_code = plan_and_print(*o);
+  });
 }
 
 }  // namespace mimesis::tool

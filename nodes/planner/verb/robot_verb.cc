@@ -16,6 +16,7 @@
 #include "common/model/files.h"
 #include "common/robot/arm_chain.h"
 #include "nodes/planner/verb/cover_text.h"
+#include "nodes/planner/verb/srdf.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
@@ -29,8 +30,10 @@ bool in_names(char c) {
 }
 
 struct NewOptions {
-  std::string urdf, name, folder = ".", base, tip;
+  std::string urdf, name, folder = ".", base, tip, srdf, group;
+  std::vector<std::string> states;
   std::vector<double> home_rad;
+  std::vector<std::string> mesh_paths;  // FROM=TO
   double speeds_up_s = 0.5, fitted_m = 0.0;
   bool force = false;
 };
@@ -43,11 +46,62 @@ struct NewArm {
   std::vector<std::string> shapeless;  ///< links that move and have mass, but no geometry
   std::vector<double> home, acceleration;
   bool slides = false;
+  Srdf srdf{};
 };
 
+/// The chain of the SRDF's group that is asked for, or of the only one that is an arm.
+Srdf::Chain chain_of(const NewOptions& o, const Srdf& srdf, const robot::RobotTree& tree) {
+  constexpr int kFewJoints = 3;  // a finger has less
+  std::vector<std::string> names, arms;
+  for (const auto& [name, chain] : srdf.chains) {
+    names.push_back(name);
+    int joints = 0;
+    for (int l = tree.find_link(chain.tip); l >= 0 && tree.link(l).name != chain.base;
+         l = tree.link(l).parent)
+      joints += tree.link(l).type != robot::JointType::fixed;
+    if (joints >= kFewJoints) arms.push_back(name);
+  }
+  const std::string all = fmt::format("{}", fmt::join(names, ", "));
+  if (!o.group.empty()) {
+    const auto found = srdf.chains.find(o.group);
+    if (found == srdf.chains.end())
+      throw ConfigError(fmt::format("{}: group '{}' is no chain of joints, expected one of: {}",
+                                    o.srdf, o.group, all));
+    return found->second;
+  }
+  if (!o.tip.empty() || names.empty()) return {o.base, o.tip};
+  if (arms.size() != 1)
+    throw ConfigError(fmt::format("{}: expected --group, one of: {}", o.srdf, all));
+  return srdf.chains.at(arms.front());
+}
+
+/// Of the named states, else of that which is called home or ready: joints that they place. Those
+/// asked for must be there.
+std::map<std::string, double> placed_joints(const NewOptions& o, const Srdf& srdf) {
+  std::map<std::string, double> placed;
+  const auto place = [&](const std::string& name) {
+    bool found = false;
+    for (const Srdf::State& state : srdf.states) {
+      if (state.name != name) continue;
+      found = true;
+      for (const auto& [joint, at] : state.joints) placed[joint] = at;
+    }
+    return found;
+  };
+  for (const std::string& name : o.states)
+    if (!place(name)) throw ConfigError(fmt::format("{}: no state '{}'", o.srdf, name));
+  if (o.states.empty() && !place("home")) place("ready");
+  return placed;
+}
+
 NewArm look_at(const NewOptions& o) {
-  NewArm arm{robot::read_urdf(o.urdf), {}, false, {}, o.home_rad, {}, false};
-  arm.chain = robot::find_arm_chain(arm.tree, o.base, o.tip);
+  NewArm arm{robot::read_urdf(o.urdf), {}, false, {}, o.home_rad, {}, false, {}};
+  if (!o.srdf.empty()) arm.srdf = read_srdf(o.srdf, arm.tree);
+  const Srdf::Chain chain = chain_of(o, arm.srdf, arm.tree);
+  arm.chain = robot::find_arm_chain(arm.tree, chain.base, chain.tip);
+  const std::map<std::string, double> placed = placed_joints(o, arm.srdf);
+  for (auto& [joint, at] : arm.chain.fixed)
+    if (const auto given = placed.find(joint); given != placed.end()) at = given->second;
   const auto parts = robot::link_parts(o.urdf);
   for (const robot::Link& link : arm.tree.links()) {
     const int moved = arm.chain.joints.empty() ? -1 : arm.chain.joints.front();
@@ -64,7 +118,10 @@ NewArm look_at(const NewOptions& o) {
       throw ConfigError(fmt::format("{}: joint '{}' has no limit of velocity, expected one above 0",
                                     o.urdf, link.joint));
     arm.acceleration.push_back(link.max_speed / o.speeds_up_s);
-    if (o.home_rad.empty()) arm.home.push_back(std::min(std::max(0.0, link.lower), link.upper));
+    if (!o.home_rad.empty()) continue;
+    const auto given = placed.find(link.joint);
+    arm.home.push_back(given != placed.end() ? given->second
+                                             : std::min(std::max(0.0, link.lower), link.upper));
   }
   return arm;
 }
@@ -87,6 +144,12 @@ std::string arm_text(const NewOptions& o, const NewArm& arm) {
   if (!arm.chain.fixed.empty()) text += "  fixed:                    # where these joints stay\n";
   for (const auto& [joint, at] : arm.chain.fixed)
     text += fmt::format("    - {{joint: {}, at: {:.6g}}}\n", yaml_word(joint), at);
+  if (!o.mesh_paths.empty()) text += "  mesh_paths:               # of names of meshes\n";
+  for (const std::string& path : o.mesh_paths) {
+    const std::size_t at = path.find('=');
+    text += fmt::format("    - {{from: {}, to: {}}}\n", yaml_word(path.substr(0, at)),
+                        yaml_word(fs::absolute(path.substr(at + 1)).lexically_normal().string()));
+  }
   if (o.fitted_m > 0.0) text += fmt::format("  fitted_m: {:.6g}\n  most_parts: 48\n", o.fitted_m);
   if (arm.use_visual)
     text +=
@@ -214,6 +277,26 @@ std::vector<double> choose_home(kin::ArmModel& arm) {
   return {arm.home.begin(), arm.home.end()};
 }
 
+/// Pairs of links that the SRDF lets touch are not checked, and said. Those that never touch are
+/// checked nevertheless: that is cheap, and true if the SRDF is not.
+std::string let_touch(const Srdf& srdf, kin::ArmModel& arm) {
+  std::string text;
+  for (const Srdf::Pair& pair : srdf.disabled) {
+    if (pair.reason == "Never") continue;
+    const auto is = [&](const std::pair<int, int>& groups) {
+      const std::string &a = arm.groups[static_cast<std::size_t>(groups.first)],
+                        &b = arm.groups[static_cast<std::size_t>(groups.second)];
+      return (a == pair.links[0] && b == pair.links[1]) ||
+             (a == pair.links[1] && b == pair.links[0]);
+    };
+    if (std::erase_if(arm.self_pairs, is) == 0) continue;
+    text += fmt::format("{} and {} are not checked against each other, as the SRDF says{}\n",
+                        pair.links[0], pair.links[1],
+                        pair.reason.empty() ? "" : " (" + pair.reason + ")");
+  }
+  return text;
+}
+
 int make(NewOptions o) {
   if (o.name.empty()) {
     o.name = fs::path(o.urdf).stem().string();
@@ -244,6 +327,7 @@ int make(NewOptions o) {
   fs::remove(draft);
   const std::chrono::duration<double> fitted = std::chrono::steady_clock::now() - began;
   if (o.home_rad.empty()) arm.home = choose_home(covered.arm);
+  const std::string let = let_touch(arm.srdf, covered.arm);
   write(file, arm_text(o, arm) + cover_text(covered));
   std::size_t parts = 0;
   for (const model::CoveredLink& link : covered.links) parts += link.parts.size();
@@ -252,7 +336,7 @@ int make(NewOptions o) {
              fitted.count());
   for (const auto& [joint, at] : arm.chain.fixed)
     fmt::print("joint {} stays at {:.6g}\n", joint, at);
-  fmt::print("{}{}", touching_text(covered), crowded_text(covered.arm));
+  fmt::print("{}{}{}", touching_text(covered), let, crowded_text(covered.arm));
   for (const std::string& link : covered.arm.unchecked)
     fmt::print("of no known shape, checked against nothing: {}\n", link);
   if (arm.slides) {
@@ -280,10 +364,23 @@ void add_robot(CLI::App& program, int& exit_code) {
   sub->add_option("URDF", o->urdf, "The robot, with its gripper")->required();
   sub->add_option("--name", o->name, "Of the robot and its files [name of the URDF]");
   sub->add_option("-o,--out", o->folder, "Folder of the files")->capture_default_str();
+  sub->add_option("--srdf", o->srdf,
+                  "MoveIt's file of the robot: base and tip, states, links that may touch");
+  sub->add_option("--group", o->group, "Its group of joints that is the arm [the only one]");
+  sub->add_option("--state", o->states,
+                  "Its state that is home, and where fingers stay [home, or ready] (repeatable)")
+      ->allow_extra_args(false);
   sub->add_option("--base", o->base, "Link at the arm's begin [the root]");
   sub->add_option("--tip", o->tip, "Link at its end [of the longest chain, without fingers]");
   sub->add_option("--home", o->home_rad, "Posture at home in rad, Q,Q,.. [0, or the nearest limit]")
       ->delimiter(',');
+  sub->add_option("--mesh-path", o->mesh_paths,
+                  "Names of meshes that begin with FROM are in the folder TO (repeatable)")
+      ->type_name("FROM=TO")
+      ->check([](const std::string& path) {
+        const std::size_t at = path.find('=');
+        return at == 0 || at == std::string::npos ? "expected FROM=TO" : std::string();
+      });
   sub->add_option("--speeds-up-s", o->speeds_up_s,
                   "Time to full speed: a URDF has no accelerations")
       ->check(CLI::Range(0.01, 100.0))

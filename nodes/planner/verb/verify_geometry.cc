@@ -58,7 +58,12 @@ Eigen::Isometry3d pose(const TiXmlElement* origin) {
   return X;
 }
 
-fs::path mesh_file(const fs::path& urdf, std::string name) {
+using Renamed = std::vector<std::pair<std::string, std::string>>;
+
+fs::path mesh_file(const fs::path& urdf, std::string name, const Renamed& renamed) {
+  const auto known = std::ranges::find_if(
+      renamed, [&name](const auto& begin) { return name.starts_with(begin.first); });
+  if (known != renamed.end()) name = known->second + name.substr(known->first.size());
   constexpr std::string_view kPackage = "package://";
   if (name.starts_with(kPackage)) {
     name.erase(0, kPackage.size());
@@ -116,7 +121,7 @@ void add_rings(const std::vector<std::pair<double, double>>& radius_and_z,
 }
 
 /// In the frame of the shape.
-std::vector<Triangle> surface(const TiXmlElement& geometry, const fs::path& urdf) {
+std::vector<Triangle> surface(const TiXmlElement& geometry, const model::CoveredArm& arm) {
   std::vector<Triangle> out;
   if (const auto* box = geometry.FirstChildElement("box")) {
     const std::vector<double> size = numbers(box, "size", 3, NAN);
@@ -148,7 +153,7 @@ std::vector<Triangle> surface(const TiXmlElement& geometry, const fs::path& urdf
   } else if (const auto* mesh = geometry.FirstChildElement("mesh")) {
     const char* name = mesh->Attribute("filename");
     if (name == nullptr) throw Unreadable("a mesh without filename");
-    add_mesh(mesh_file(urdf, name), numbers(mesh, "scale", 3, 1.0), out);
+    add_mesh(mesh_file(arm.urdf, name, arm.mesh_paths), numbers(mesh, "scale", 3, 1.0), out);
   } else {
     throw Unreadable("a geometry that is no box, cylinder, sphere or mesh");
   }
@@ -247,18 +252,17 @@ std::set<std::string> judged_links(const TiXmlElement& robot, const std::string&
   return judged;
 }
 
-std::string gap_of(const TiXmlElement& link, const fs::path& urdf, const LinkCover& cover,
-                   bool use_visual) {
+std::string gap_of(const TiXmlElement& link, const model::CoveredArm& arm, const LinkCover& cover) {
   const TiXmlElement* shape = link.FirstChildElement("collision");
   const char* kind = "collision";
-  if (shape == nullptr && use_visual) shape = link.FirstChildElement(kind = "visual");
+  if (shape == nullptr && arm.use_visual) shape = link.FirstChildElement(kind = "visual");
   try {
     for (; shape != nullptr; shape = shape->NextSiblingElement(kind)) {
       const TiXmlElement* geometry = shape->FirstChildElement("geometry");
       if (geometry == nullptr) return "has a shape without geometry";
       if (cover.empty()) return "has geometry, but no part or ball";
       const Eigen::Isometry3d X = pose(shape->FirstChildElement("origin"));
-      for (const Triangle& t : surface(*geometry, urdf)) {
+      for (const Triangle& t : surface(*geometry, arm)) {
         if (const auto bare = cover.bare({X * t[0], X * t[1], X * t[2]}))
           return fmt::format("no part or ball holds its geometry at ({:.4f}, {:.4f}, {:.4f}) m",
                              bare->x(), bare->y(), bare->z());
@@ -288,7 +292,7 @@ std::vector<std::string> geometry_gaps(const model::CoveredArm& arm) {
     if (name == nullptr || (!judged.contains(name) && !covers.contains(name)) ||
         std::ranges::count(arm.arm.unchecked, name) > 0)
       continue;
-    if (const std::string gap = gap_of(*link, arm.urdf, covers[name], arm.use_visual); !gap.empty())
+    if (const std::string gap = gap_of(*link, arm, covers[name]); !gap.empty())
       gaps.push_back(fmt::format("link {}: {}", name, gap));
   }
   return gaps;

@@ -26,7 +26,7 @@ void plan_robot(const std::string& robot, int queries) {
       EXPECT_TRUE(found) << found.error().reason;
       if (!found) continue;
       ++solved;
-      blocked += found->by_trees;
+      blocked += found->by == FoundBy::trees;
       branches += checker.postures_checked();
       EXPECT_EQ(found->waypoints.front(), query.start);
       EXPECT_EQ(found->waypoints.back(), query.goals[static_cast<std::size_t>(found->goal)]);

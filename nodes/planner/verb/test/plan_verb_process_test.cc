@@ -1,5 +1,6 @@
 // `mimesis plan` and `mimesis plan verify`: the real programs; and the verifier on plans that are
 // shifted into obstacles, which are placed by the arm's own kinematics (common/kin), not its.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -140,10 +141,15 @@ class Shifted {
                       last = std::min(motion->instants.size(), k + around + 1);
     some.instants.assign(motion->instants.begin() + static_cast<std::ptrdiff_t>(first),
                          motion->instants.begin() + static_cast<std::ptrdiff_t>(last));
-    const std::string name = "and obstacle ball " + std::to_string(some.balls_m.size() / 4) + ":";
-    for (const double x :
-         {obstacle.center.x(), obstacle.center.y(), obstacle.center.z(), obstacle.radius})
-      some.balls_m.push_back(x);
+    const Eigen::Vector3d c = obstacle.center;
+    const std::string name =
+        as_hull ? "and hull 0:"
+                : "and obstacle ball " + std::to_string(some.balls_m.size() / 4) + ":";
+    if (as_hull) {
+      some.hulls = {{"ball", {c.x(), c.y(), c.z()}, obstacle.radius}};
+    } else {
+      some.balls_m.insert(some.balls_m.end(), {c.x(), c.y(), c.z(), obstacle.radius});
+    }
     for (PlanInstant& instant : some.instants) instant.stop_s.clear();
     plan.motions = {some};
     auto all = verify_plan(plan, lwr()).findings;
@@ -158,6 +164,7 @@ class Shifted {
 
   const PlanMotion* motion = nullptr;
   std::size_t k = 0;
+  bool as_hull = false;  ///< the obstacle is given as the hull of its centre
 
  private:
   std::mt19937_64 random_;
@@ -182,6 +189,7 @@ TEST(PlanVerify, FindsPathsOneMillimetreInAnObstacle) {
     const VectorXd a = vector(s.motion->instants[s.k].position_rad),
                    b = vector(s.motion->instants[s.k + 1].position_rad);
     const kin::Ball obstacle = s.obstacle_into(a + s.unit() * (b - a), false);
+    s.as_hull = trial % 3 == 0;
     const auto found = s.findings(obstacle, 1);
     EXPECT_TRUE(std::ranges::any_of(
         found, [](const std::string& f) { return f.find("the stop") == f.npos; }))
@@ -301,6 +309,154 @@ TEST(PlanVerb, PlansThePlanarArmAndWritesIt) {
   testing::Process info("mimesis", {"log", "cat", log, "--json"});
   EXPECT_EQ(info.wait(20s).value_or(-1), 0) << info.errors();
   EXPECT_NE(info.output().find("\"frames\""), std::string::npos) << info.output().substr(0, 500);
+}
+
+/// An L of two boxes as an STL in millimetres: three corners each of 12 triangles a box.
+std::string bracket_stl() {
+  std::string text = "solid bracket\n";
+  for (const auto& [lo, hi] : {std::pair(Vector3d(0, 0, 0), Vector3d(300, 100, 40)),
+                               std::pair(Vector3d(0, 0, 0), Vector3d(40, 100, 400))}) {
+    const auto corner = [&](int i) {
+      return Vector3d(i & 1 ? hi.x() : lo.x(), i & 2 ? hi.y() : lo.y(), i & 4 ? hi.z() : lo.z());
+    };
+    for (const auto& [a, b, c, d] :
+         {std::array{0, 2, 3, 1}, std::array{4, 5, 7, 6}, std::array{0, 1, 5, 4},
+          std::array{2, 6, 7, 3}, std::array{0, 4, 6, 2}, std::array{1, 3, 7, 5}}) {
+      for (const auto& t : {std::array{a, b, c}, std::array{a, c, d}}) {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for (const int i : t)
+          text += fmt::format("vertex {} {} {}\n", corner(i).x(), corner(i).y(), corner(i).z());
+        text += "endloop\nendfacet\n";
+      }
+    }
+  }
+  return text + "endsolid bracket\n";
+}
+
+/// A bracket stands before the arm, as a mesh and as the cloud of points on it: what is planned
+/// keeps clear of the two boxes that it was made of.
+TEST(PlanVerb, KeepsClearOfMeshesAndPointClouds) {
+  written("bracket.stl", bracket_stl());
+  std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 15000\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n";
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (int i = 0; i < 15000; ++i) {
+    const Vector3d size = i % 2 ? Vector3d(0.3, 0.1, 0.04) : Vector3d(0.04, 0.1, 0.4);
+    Vector3d p(unit(random), unit(random), unit(random));
+    p[i / 2 % 3] = i / 6 % 2;
+    p = p.cwiseProduct(size);
+    ply += fmt::format("{:.5f} {:.5f} {:.5f}\n", p.x(), p.y(), p.z());
+  }
+  written("bracket.ply", ply);
+  const std::string place = "position_m: [0.55, -0.05, 0.3], rpy_rad: [0, 0, 1.5708]";
+  const std::map<std::string, std::string> scenes{
+      {"mesh", "meshes: [{name: bracket, file: bracket.stl, scale: 0.001, " + place + "}]\n"},
+      {"cloud", "clouds: [{file: bracket.ply, " + place + "}]\n"}};
+  const Eigen::Isometry3d X_WB =
+      Eigen::Translation3d(0.55, -0.05, 0.3) * Eigen::AngleAxisd(1.5708, Vector3d::UnitZ());
+  for (const auto& [name, scene] : scenes) {
+    const std::string in = written(name + "_scene.yaml", scene), plan = folder() / (name + ".yaml");
+    const std::vector<std::string> words{in, "--start=-0.6,-0.9,0,1,0,-0.6,0",
+                                         "--goal=0.9,-0.9,0,1,0,-0.6,0", "-o", plan};
+    const Ran made = run(words);
+    ASSERT_EQ(made.code, 0) << name << ": " << made.errors;
+    const Ran proven = run({"verify", plan});
+    EXPECT_EQ(proven.code, 0) << name << ": " << proven.output << proven.errors;
+    double least = 1e9;
+    for (const PlanMotion& motion : load_plan(plan).motions) {
+      EXPECT_EQ(motion.hulls.empty(), name == "cloud");
+      for (const PlanInstant& instant : motion.instants) {
+        for (const kin::Ball& ball : balls_at(motion, vector(instant.position_rad))) {
+          const Vector3d p = X_WB.inverse() * ball.center;
+          for (const Vector3d& size : {Vector3d(0.3, 0.1, 0.04), Vector3d(0.04, 0.1, 0.4)})
+            least =
+                std::min(least, ((p - 0.5 * size).cwiseAbs() - 0.5 * size).cwiseMax(0.0).norm() -
+                                    ball.radius);
+        }
+      }
+    }
+    EXPECT_GE(least, 0.002 - 2e-5) << name;
+    // Straight through it.
+    const Ran into = run({in, "--start=0.05,-0.9,0,1,0,-0.6,0", "--goal=0.9,-0.9,0,1,0,-0.6,0"});
+    EXPECT_EQ(into.code, 1);
+    EXPECT_NE(into.errors.find("the start posture is in collision"), std::string::npos)
+        << into.errors;
+  }
+}
+
+TEST(PlanVerb, RefusesMeshesAndCloudsByTheirFault) {
+  written("bracket.stl", bracket_stl());
+  const auto says = [](const std::string& scene, const std::string& what) {
+    const Ran made = run({written("bad_scene.yaml", scene), "--goal=0.9,-0.9,0,1,0,-0.6,0"});
+    EXPECT_EQ(made.code, 2);
+    EXPECT_NE(made.errors.find("bad_scene.yaml"), std::string::npos) << made.errors;
+    EXPECT_NE(made.errors.find(what), std::string::npos) << made.errors << "expected " << what;
+  };
+  says("meshes: [{file: bracket.stl}]\n", "meshes[0]: size of a mesh");
+  says("meshes: [{file: bracket.stl, scale: 0.1}]\n", "is 40 m long, expected at most 20 m");
+  says("meshes: [{file: none.stl}]\n", "meshes[0]: mesh 'none.stl' is not there");
+  says("meshes: [{name: nothing}]\n", "meshes[0]: file is missing");
+  says("clouds: [{file: bracket.stl}]\n", "is no point cloud, expected PCD or PLY");
+  written("far.ply",
+          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
+          "y\nproperty float z\nend_header\n9 0 0\n");
+  says("clouds: [{file: far.ply, within_m: 2}]\n", "no point is within 2 m");
+}
+
+TEST(PlanVerb, TheToolKeepsToItsWay) {
+  const std::string plan = folder() / "tool.yaml";
+  const std::vector<std::string> words{written("empty.yaml", "balls: []\n"),
+                                       "--start=0,-0.9,0,1,0,-0.6,0",
+                                       "--straight",
+                                       "0.8,0.2,0.3",
+                                       "--arc",
+                                       "0.75,0.25,0.35,0.7,0.2,0.4",
+                                       "--straight",
+                                       "0.7,-0.1,0.4"};
+  std::vector<std::string> out = words;
+  out.insert(out.end(), {"-o", plan});
+  const Ran made = run(out);
+  ASSERT_EQ(made.code, 0) << made.errors;
+  EXPECT_NE(made.output.find("found by line"), std::string::npos) << made.output;
+  PlanFile file = load_plan(plan);
+  ASSERT_EQ(file.motions.size(), 1u);
+  ASSERT_EQ(file.motions[0].tool.size(), 3u);
+  EXPECT_EQ(file.motions[0].tool[1].via_m, (std::vector<double>{0.75, 0.25, 0.35}));
+  const Ran proven = run({"verify", plan});
+  EXPECT_EQ(proven.code, 0) << proven.output << proven.errors;
+  // Another way than that which it keeps to; and one that it does not keep to so well.
+  file.motions[0].tool[1].via_m[1] += 0.004;
+  EXPECT_NE(verify_plan(file, lwr()).findings.front().find("off its way"), std::string::npos);
+  file = load_plan(plan);
+  file.motions[0].tool_off_m *= 0.3;
+  EXPECT_NE(verify_plan(file, lwr()).findings.front().find("off its way"), std::string::npos);
+  file = load_plan(plan);
+  file.motions[0].tool_off_rad = 0.0;
+  EXPECT_NE(verify_plan(file, lwr()).findings.front().find("off its way"), std::string::npos);
+  file = load_plan(plan);
+  file.motions[0].tool.push_back({{}, {0.7, -0.15, 0.4}});
+  EXPECT_NE(verify_plan(file, lwr()).findings.front().find("does not end at the end"),
+            std::string::npos);
+  const Ran both =
+      run({"bar_table.yaml", "--straight", "0.5,0.1,0.5", "--hand", "0.5", "0.1", "0.5"});
+  EXPECT_EQ(both.code, 2);
+  EXPECT_NE(both.errors.find("expected one of"), std::string::npos) << both.errors;
+  const Ran few = run({"bar_table.yaml", "--arc", "0.5,0.1,0.5"});
+  EXPECT_EQ(few.code, 2);
+  EXPECT_NE(few.errors.find("--arc: expected X,Y,Z,X,Y,Z"), std::string::npos) << few.errors;
+}
+
+TEST(PlanVerb, WavesAndTreesAreAskedAlone) {
+  for (const std::string by : {"waves", "trees", "both"}) {
+    auto words = kPlanar;
+    words.insert(words.end(), {"--search", by, "--json"});
+    const Ran made = run(words);
+    ASSERT_EQ(made.code, 0) << by << made.errors;
+    const std::string found = json::parse(made.output)["motions"][0]["found_by"];
+    EXPECT_EQ(found, by == "trees" ? "trees" : "waves");
+  }
 }
 
 /// The right arm of JVRC-1, as its makers published it: shoulder, offset elbow, wrist. The balls
@@ -478,7 +634,7 @@ TEST(PlanVerb, GivesReasonsInOneLine) {
   says(planar("-0.3,-0.2", "0.5"), 2, "--goal: 1 numbers, expected 2, one for each joint");
   says(planar("nan,0", "0.5,0"), 2, "--start: expected numbers and commas, found 'nan'");
   says({"bar_table.yaml", "--hand", "3", "0", "0"}, 1, "no posture reaches the goal");
-  says({"bar_table.yaml"}, 2, "expected one of --goal, --hand and --task");
+  says({"bar_table.yaml"}, 2, "expected one of --goal, --hand, --task, and --straight with --arc");
   says({"bar_table.yaml", "--task", "precision", "round", "high"}, 2,
        "neither 'above' nor 'below'");
   says({"planar16.yaml", "--task", "full", "below", "low"}, 2, "no bar");

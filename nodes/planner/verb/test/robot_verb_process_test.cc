@@ -132,6 +132,99 @@ TEST_F(RobotNew, TakesLinksAsTheyAreDrawnAndNamesThoseWithoutShape) {
   EXPECT_EQ(model::load_checked_arm(file()).unchecked, std::vector<std::string>{"link 3"});
 }
 
+/// A URDF that was made on another machine.
+TEST_F(RobotNew, NamesOfMeshesAreMapped) {
+  fs::create_directories(folder_ / "meshes");
+  std::ofstream(folder_ / "meshes" / "t.stl")
+      << "solid t\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0.1 0\nvertex 0.1 0 0\n"
+         "endloop\nendfacet\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0.1 0 0\nvertex "
+         "0 "
+         "0 0.1\nendloop\nendfacet\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0 0.1\n"
+         "vertex 0 0.1 0\nendloop\nendfacet\nfacet normal 0 0 0\nouter loop\nvertex 0.1 0 "
+         "0\nvertex 0 "
+         "0.1 0\nvertex 0 0 0.1\nendloop\nendfacet\nendsolid t\n";
+  const std::string file = urdf(
+      "<collision><geometry><mesh filename='file:///home/other/ws/meshes/t.stl'/></geometry>"
+      "</collision>");
+  EXPECT_EQ(make({file}), 2);
+  EXPECT_NE(errors_.find("mesh '/home/other/ws/meshes/t.stl' is not there"), std::string::npos);
+  EXPECT_NE(errors_.find("or mesh_paths that say where"), std::string::npos) << errors_;
+  EXPECT_EQ(make({file, "--mesh-path", "nothing"}), 2);
+  EXPECT_NE(errors_.find("expected FROM=TO"), std::string::npos) << errors_;
+  ASSERT_EQ(make({file, "--mesh-path", "file:///home/other/ws=" + folder_.path()}), 0) << errors_;
+  const model::CoveredArm arm = model::load_covered_arm(this->file());
+  EXPECT_EQ(arm.mesh_paths.front().second, fs::absolute(folder_.path()).string());
+  const std::string scene = folder_ / "mine_table.yaml", plan = folder_ / "plan.yaml";
+  ASSERT_EQ(call({"plan", scene, "--robot", this->file(), "--goal", "1,0.5,0,0.5,0", "-o", plan}),
+            0)
+      << errors_;
+  EXPECT_EQ(call({"plan", "verify", plan}), 0) << output_ << errors_;
+  fs::remove(folder_ / "meshes" / "t.stl");
+  EXPECT_EQ(call({"plan", "verify", plan}), 1);
+  EXPECT_NE(output_.find("link link 3: mesh "), std::string::npos) << output_;
+}
+
+/// As MoveIt's assistant writes it, and as hands do.
+TEST_F(RobotNew, ReadsAnSrdf) {
+  const auto srdf = [this](const std::string& text) {
+    std::ofstream(folder_ / "my.srdf") << "<?xml version='1.0'?>\n<robot name='my arm'>\n"
+                                       << text << "</robot>\n";
+    return (folder_ / "my.srdf").string();
+  };
+  const std::string groups =
+      "<group name='arm'><joint name='to link 1'/><joint name='to link 2'/><joint name='to link "
+      "3'/>"
+      "<joint name='to link 4'/></group>\n<group name='hand'><joint name='to left'/></group>\n"
+      "<group name='all'><group name='arm'/><group name='hand'/></group>\n";
+  const std::string states =
+      "<group_state name='ready' group='arm'><joint name='to link 2' value='0.4'/>"
+      "<joint name='to link 4' value='-0.7'/></group_state>\n"
+      "<group_state name='open' group='hand'><joint name='to left' value='0.03'/></group_state>\n";
+  const std::string pairs =
+      "<disable_collisions link1='link 3' link2='link 1' reason='Default'/>\n"
+      "<disable_collisions link1='link 0' link2='link 3' reason='Never'/>\n"
+      "<disable_collisions link1='camera' link2='link 3'/>\n";
+  const std::string file = srdf(groups + states + pairs);
+  ASSERT_EQ(make({urdf(), "--srdf", file, "--state", "ready", "--state", "open"}), 0) << errors_;
+  EXPECT_NE(output_.find("4 joints from link 0 to link 4"), std::string::npos) << output_;
+  EXPECT_NE(output_.find("joint to left stays at 0.03"), std::string::npos) << output_;
+  EXPECT_NE(output_.find("link 3 and link 1 are not checked against each other, as the SRDF says "
+                         "(Default)"),
+            std::string::npos)
+      << output_;
+  const kin::ArmModel arm = model::load_checked_arm(this->file());
+  EXPECT_EQ(std::vector<double>(arm.home.begin(), arm.home.end()),
+            (std::vector<double>{0.0, 0.4, 0.0, -0.7}));
+  const auto checked = [&](const std::string& a, const std::string& b) {
+    return std::ranges::any_of(arm.self_pairs, [&](const std::pair<int, int>& p) {
+      const std::string &x = arm.groups[static_cast<std::size_t>(p.first)],
+                        &y = arm.groups[static_cast<std::size_t>(p.second)];
+      return (x == a && y == b) || (x == b && y == a);
+    });
+  };
+  EXPECT_FALSE(checked("link 1", "link 3"));
+  EXPECT_TRUE(checked("link 0", "link 3")) << "said to touch never: checked";
+  EXPECT_TRUE(checked("link 0", "link 4"));
+
+  const auto refused = [&](const std::string& text, std::vector<std::string> more,
+                           const std::string& what) {
+    more.insert(more.begin(), {urdf(), "--force", "--srdf", srdf(text)});
+    EXPECT_EQ(make(more), 2);
+    EXPECT_NE(errors_.find(what), std::string::npos) << errors_ << "expected " << what;
+  };
+  refused(groups, {"--group", "leg"},
+          "group 'leg' is no chain of joints, expected one of: arm, hand");
+  refused(groups, {"--state", "up"}, "no state 'up'");
+  refused("<group name='arm'><chain base_link='link 0' tip_link='flange'/></group>\n", {},
+          "my.srdf:3: tip_link 'flange', expected a link of my arm");
+  refused(groups + "<group name='two'><chain base_link='link 0' tip_link='link 5'/></group>\n", {},
+          "expected --group, one of: arm, hand, two");
+  refused("<group_state name='home'><joint name='to link 1' value='0,5'/></group_state>\n", {},
+          "value '0,5', expected a number");
+  refused("<xacro:include filename='arm.xacro'/>\n", {}, "is xacro");
+  refused("<group name='arm'>\n", {}, "expected an SRDF");
+}
+
 TEST_F(RobotNew, LeavesNothingBehindWhereItRefuses) {
   const auto expect = [this](const std::vector<std::string>& words, const std::string& said) {
     EXPECT_EQ(make(words), 2);

@@ -1,0 +1,34 @@
+#pragma once
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/robot/robot_tree.h"
+
+namespace mimesis::tool {
+
+/// What an SRDF, MoveIt's companion of a URDF, says of arms: which joints are one, named postures,
+/// and links that may touch.
+struct Srdf {
+  struct Chain {
+    std::string base, tip;  ///< links
+  };
+  struct State {
+    std::string name, group;
+    std::map<std::string, double> joints;  ///< [rad] or [m]
+  };
+  struct Pair {
+    std::array<std::string, 2> links;
+    std::string reason;
+  };
+  std::map<std::string, Chain> chains;  ///< of groups that are one, by `<chain>` or by their joints
+  std::vector<State> states;
+  std::vector<Pair> disabled;
+};
+
+/// @throws ConfigError "FILE:LINE: what, expected ..." in one line: also of links and joints that
+/// the robot does not have
+Srdf read_srdf(const std::string& file, const robot::RobotTree& tree);
+
+}  // namespace mimesis::tool
