@@ -17,6 +17,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kRetry(1000);  // between attempts to set up, and after bus-off
 constexpr milliseconds kLongestStop(2000);
+constexpr milliseconds kListen(kMasterHeartbeatMs * 3 / 2);  // another master is heard in it
 
 std::string seconds(double s) { return fmt::format("{:.3g} s", s); }
 
@@ -65,6 +66,7 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
   for (const Axis& axis : options_.axes)
     wanted.push_back({static_cast<std::uint32_t>(axis.node_id), kLastNode});
   wanted.push_back({sync().id, 0x7FF});
+  wanted.push_back({heartbeat(kMasterNode, NmtState::operational).id, 0x7FF});
   bus_->want(wanted);
 }
 
@@ -93,11 +95,16 @@ void JointDriver::lose(AxisMaster& axis, const std::string& why) {
 
 /// Two masters pull the drives to and fro: who has had them stops them, who comes later sends
 /// nothing.
-void JointDriver::meet_master() {
-  fault("another master runs this bus: its SYNC was heard");
+void JointDriver::meet_master(const char* sign) {
+  fault(std::string("another master runs this bus: its ") + sign + " was heard");
   if (ours_) return;
   silent_until_ = now_ + kRetry;
   begun_ = false;
+}
+
+/// An NMT command to our nodes, one by one: others on the bus may be somebody else's.
+void JointDriver::tell_all(Nmt command) {
+  for (const AxisMaster& axis : axes_) outbox_.push_back(nmt(command, axis.axis().node_id));
 }
 
 void JointDriver::receive() {
@@ -110,8 +117,12 @@ void JointDriver::receive() {
         silent_until_ = now_ + kRetry;
       }
       if ((frame.id & can::kErrorFlag) != 0) continue;
-      if (frame.id == sync().id && !options_.readonly) meet_master();
       const Identity id = identify(frame);
+      if (!options_.readonly) {
+        if (id.kind == Identity::Kind::sync) meet_master("SYNC");
+        if (id.kind == Identity::Kind::heartbeat && id.node == kMasterNode)
+          meet_master("heartbeat (node 127)");
+      }
       const int axis = axis_of_node_[static_cast<std::size_t>(id.node)];
       if (axis >= 0) axes_[static_cast<std::size_t>(axis)].handle(id, frame, now_);
     }
@@ -129,7 +140,7 @@ void JointDriver::count_answers() {
 void JointDriver::set_up() {
   for (AxisMaster& axis : axes_) axis.advance(now_, outbox_);
   if (std::ranges::all_of(axes_, &AxisMaster::configured)) {
-    outbox_.push_back(nmt(Nmt::start, 0));
+    tell_all(Nmt::start);
     for (AxisMaster& axis : axes_) {
       axis.watch_from(now_);
     }
@@ -306,7 +317,8 @@ Phase JointDriver::rest() const {
 /// by the deadline of their set-points, of which they get no more. Some copies, for bad wires.
 void JointDriver::halt() {
   constexpr int kCopies = 3;
-  outbox_.insert(outbox_.end(), kCopies, nmt(Nmt::stop, 0));
+  for (int copy = 0; copy < kCopies; ++copy)
+    options_.exclusive ? outbox_.push_back(nmt(Nmt::stop, 0)) : tell_all(Nmt::stop);
   bus_->send(outbox_);
   outbox_.clear();
 }
@@ -335,12 +347,13 @@ const Reading& JointDriver::read(Time now) {
   const Time pause = begun_ ? now - now_ : Time(0);
   now_ = now;
   outbox_.clear();
+  if (silent_until_ == Time{}) silent_until_ = now + kListen;
   receive();
   if (!begun_ && now >= silent_until_) {
     begun_ = true;
     entered_ = heartbeat_due_ = now;
     stop();
-    if (!options_.readonly) outbox_.push_back(nmt(Nmt::reset_communication, 0));
+    if (!options_.readonly) tell_all(Nmt::reset_communication);
   }
   count_answers();
   if (options_.readonly) {

@@ -25,15 +25,17 @@ struct JointDriverOptions {
   double following_time_s = 0.0;      ///< 6066h of the drives; 0: their own
   /// largest distance of a joint from its set-point, beyond what its speed explains; 0: any
   double tracking_window_rad = 0.0;
-  bool readonly = false;  ///< listens, never sends
+  bool readonly = false;   ///< listens, never sends
+  bool exclusive = false;  ///< nobody else's node is on this bus: NMT to all of them is allowed
   /// reaction of the drives, also to their own watchdogs
   QuickStop quick_stop = QuickStop::disables;
 };
 
 /// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
-/// batch of frames out (set-points, then SYNC) and one in. The first is a quick stop, but on a bus
-/// that another master runs nothing is sent. After any fault all axes get a quick stop; a set-point
-/// is obeyed again only after Mode::idle, and starts at the actual posture.
+/// batch of frames out (set-points, then SYNC) and one in. The first is a quick stop, after 0.15 s
+/// of listening: on a bus that another master runs nothing is sent. Nodes that are not ours are
+/// neither reset, started nor stopped. After any fault all axes get a quick stop; a set-point is
+/// obeyed again only after Mode::idle, and starts at the actual posture.
 class JointDriver final : public PhasedActuators {
  public:
   /// @throws ConfigError if the rate gives no interpolation period
@@ -50,7 +52,8 @@ class JointDriver final : public PhasedActuators {
 
  private:
   void receive();
-  void meet_master();
+  void meet_master(const char* sign);
+  void tell_all(Nmt command);
   void set_up();
   void supervise();
   void audit();

@@ -17,10 +17,12 @@ constexpr double kAny = 1e6;  // of a limit that the file does not have
 struct MachineBus {
   std::string can;
   int bitrate_bit_s = 1'000'000;
+  bool exclusive = false;
 
   void visit(runtime::ParamVisitor& v) {
     v("can", can);
     v("bitrate_bit_s", bitrate_bit_s, 10'000, 1'000'000);
+    v("exclusive", exclusive);
   }
 };
 
@@ -113,7 +115,7 @@ Machine load_machine(const std::string& file) {
   }
   for (const MachineBus& bus : given.buses) {
     can::check_address(bus.can);
-    machine.buses.push_back({.can = bus.can, .joints = 0});
+    machine.buses.push_back({.can = bus.can, .exclusive = bus.exclusive});
     machine.bitrates.push_back(bus.bitrate_bit_s);
   }
   for (std::size_t i = 0; i < given.joints.size(); ++i) {

@@ -55,8 +55,10 @@ DrivesNode::DrivesNode(const Params& params, runtime::Bus& bus)
   int joint = 0;
   for (const BusShare& share : machine.buses) {
     std::vector<DriveConfig> drives;
+    const std::span axes(machine.axes.data() + joint, static_cast<std::size_t>(share.joints));
     for (int i = 0; i < share.joints; ++i) drives.push_back(config_of(params, machine, joint++));
-    racks_.push_back(std::make_unique<Rack>(drives, outside::open_can(share.can, bus)));
+    racks_.push_back(std::make_unique<Rack>(
+        drives, outside::open_can(share.can, bus, "drives", text_of(machine.robot, axes))));
   }
 }
 

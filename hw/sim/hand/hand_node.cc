@@ -10,7 +10,7 @@ HandNode::HandNode(const Params& params, runtime::Bus& bus)
       contact_(bus, "contact", {.author = runtime::Author::first}),
       hand_(bus, "hand") {
   const modbus::Address address = modbus::parse_address(params.address, bus.directory());
-  bus.outside().opens("hand", params.address);
+  bus.outside().opens({.kind = "hand", .address = params.address});
   if (bus.outside().replaying()) return;
   server_ = std::make_unique<HandServer>(address);
 }
