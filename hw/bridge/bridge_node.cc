@@ -118,7 +118,7 @@ void BridgeNode::serve(runtime::Bus& bus) {
     const bool failed = reading_ != nullptr && reading_->phase == Phase::fault;
     if (failed || !gate_.stopped()) {
       if (std::string why = driver_->reset_faults(); !why.empty()) return why;
-      runtime::info("joints: faults are reset");
+      if (failed) runtime::info("joints: the drives' faults are being reset");
     }
     if (gate_.stopped()) gate_.release();
     return {};

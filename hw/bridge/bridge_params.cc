@@ -51,6 +51,7 @@ cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int f
                                                          : kTracking_rad,
       .readonly = p.readonly,
       .exclusive = bus.exclusive,
+      .sdo_timeout_s = bus.sdo_timeout_s,
       .quick_stop = stays_powered ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables};
 }
 

@@ -25,8 +25,9 @@ struct JointDriverOptions {
   double following_time_s = 0.0;      ///< 6066h of the drives; 0: their own
   /// largest distance of a joint from its set-point, beyond what its speed explains; 0: any
   double tracking_window_rad = 0.0;
-  bool readonly = false;   ///< listens, never sends
-  bool exclusive = false;  ///< nobody else's node is on this bus: NMT to all of them is allowed
+  bool readonly = false;       ///< listens, never sends
+  bool exclusive = false;      ///< nobody else's node is on this bus: NMT to all of them is allowed
+  double sdo_timeout_s = 0.1;  ///< of each answer of a drive's configuration, three times
   /// reaction of the drives, also to their own watchdogs
   QuickStop quick_stop = QuickStop::disables;
 };
@@ -59,6 +60,7 @@ class JointDriver final : public PhasedActuators {
   void audit();
   void count_answers();
   void supervise_tracking();
+  void supervise_following(std::size_t i);
   void supervise_axis(AxisMaster& axis);
   void halt();
   void end_halt();
@@ -78,6 +80,13 @@ class JointDriver final : public PhasedActuators {
   std::vector<int> axis_of_node_;
   std::vector<double> posture_;
   std::vector<int> astray_;  // measurements in a row, by axis
+
+  /// Since when an axis has not done as it was told; nothing: it does.
+  struct Following {
+    std::optional<Time> denies{}, deviates{}, stands{};
+    double stood_at = 0.0, asked_from = 0.0;  // its position, and the set-point then [rad]
+  };
+  std::vector<Following> following_;
 
   Time heartbeat_due_{}, audit_due_{};
   std::size_t audit_ = 0;    // the axis that was asked last

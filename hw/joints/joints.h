@@ -36,11 +36,13 @@ Joints load_joints(const std::string& file);
 struct BusShare {
   std::string can;  ///< see hw/can/bus.h
   int joints = 0;
+  double sdo_timeout_s = 0.1;  ///< of each answer of a drive's configuration, three times [s]
   bool exclusive = false;  ///< every node on it is a drive of this robot: one frame halts them all
 
   void visit(runtime::ParamVisitor& v) {
     v("can", can);
     v("joints", joints, 1, 126);
+    v("sdo_timeout_s", sdo_timeout_s, 0.01, 10.0);
     v("exclusive", exclusive);
   }
 };
