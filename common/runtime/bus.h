@@ -95,6 +95,14 @@ class OutChannel {
 /// thread.
 using Handler = std::function<tl::expected<std::string, Status>(const std::string& request)>;
 
+/// A bus or device that a node opens (or would, in a replay), as `mimesis launch --check` sees it.
+struct Opening {
+  std::string kind;     ///< "can"
+  std::string address;  ///< "embedded:arm"
+  std::string role{};   ///< "master": of such there is one on a bus; empty: nobody asks
+  std::string of{};     ///< what it takes the bus for: ends that say something say the same
+};
+
 /// Everything that a step reads from and writes to the world outside of the graph: field buses,
 /// devices, the wall clock, threads. All of it passes here, so that it is recorded with the step
 /// and a replay gives the same back; without that a node's outputs are no function of its log. Only
@@ -113,8 +121,7 @@ class Outside {
   virtual void written(std::string_view name, std::string_view bytes) = 0;
   /// True if the node is made for its description alone: replaying, but there is no record.
   virtual bool describing() const { return false; }
-  /// Announces a bus or device that the node opens (or would, in a replay): "can", "embedded:arm".
-  virtual void opens(std::string_view /*kind*/, std::string_view /*address*/) {}
+  virtual void opens(const Opening&) {}  ///< announces it
 };
 
 /// Implementation without a recorder.

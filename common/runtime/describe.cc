@@ -88,9 +88,7 @@ class DescribingBus final : public Bus {
     std::string replay(std::string_view) override { return {}; }
     void written(std::string_view, std::string_view) override {}
     bool describing() const override { return true; }
-    void opens(std::string_view kind, std::string_view address) override {
-      declared_.opened.push_back({std::string(kind), std::string(address)});
-    }
+    void opens(const Opening& opening) override { declared_.opened.push_back(opening); }
 
    private:
     Declared& declared_;
@@ -343,10 +341,12 @@ std::string description(const NodeAbout& about, const Declared& declared,
   }
   for (std::size_t i = 0; i < std::min(defaults.size(), present.size()); ++i)
     json["parameters"].push_back(param_json(defaults[i], present[i]));
-  for (const Declared::Opened& opened : declared.opened) {
+  for (const Opening& opened : declared.opened) {
     const std::string path = path_of_value(flat, opened.address);
     json["opens"].push_back({{"kind", opened.kind},
                              {"address", opened.address},
+                             {"role", opened.role},
+                             {"of", opened.of},
                              {"parameter", path},
                              {"place", to_string(source.place_of(path))}});
   }

@@ -28,14 +28,11 @@ struct Declared {
     std::string name;
     const google::protobuf::Descriptor *request = nullptr, *response = nullptr;
   };
-  struct Opened {
-    std::string kind, address;
-  };
 
   std::vector<Port> ports;
   std::vector<Service> services;
-  std::vector<Opened> opened;  ///< buses and devices
-  bool complete = false;       ///< all ports are there
+  std::vector<Opening> opened;  ///< buses and devices
+  bool complete = false;        ///< all ports are there
 };
 
 /// Constructs a node on a bus without sockets, devices and other nodes; what it declared is in

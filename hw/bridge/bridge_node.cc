@@ -16,7 +16,6 @@ constexpr int kHoldCycles = 3;
 // Each time the arm brakes on its path it falls behind, and comes to rest later when it has to. A
 // machine that lets the planner wait for 20 ms now and then shall not add that up.
 constexpr milliseconds kBrakeAfter(40);
-constexpr milliseconds kHandTimeout(50);
 // In lock-step graph time stands still meanwhile, and the machine's speed must not decide. A node
 // that is asked to stop has 3 s.
 constexpr milliseconds kHandTimeoutLockstep(2000);
@@ -82,10 +81,12 @@ BridgeNode::BridgeNode(runtime::Bus& bus, const std::pair<Params, Joints>& machi
   params_.rate_hz = machine.second.rate_hz;
   serve(bus);
   if (params_.hand.empty() || params_.readonly) return;
+  hand_reading_.fault = "not connected yet";
   hand_driver_ = std::make_unique<outside::RecordedHand>(
-      params_.hand,
-      modbus::HandDriver::Options{.threaded = !bus.lockstep(),
-                                  .timeout = bus.lockstep() ? kHandTimeoutLockstep : kHandTimeout},
+      params_.hand, modbus::load_hand_profile(params_.hand_profile),
+      modbus::HandDriver::Options{
+          .threaded = !bus.lockstep(),
+          .timeout = bus.lockstep() ? kHandTimeoutLockstep : milliseconds(0)},
       bus);
 }
 
@@ -117,7 +118,7 @@ void BridgeNode::serve(runtime::Bus& bus) {
     const bool failed = reading_ != nullptr && reading_->phase == Phase::fault;
     if (failed || !gate_.stopped()) {
       if (std::string why = driver_->reset_faults(); !why.empty()) return why;
-      runtime::info("joints: faults are reset");
+      if (failed) runtime::info("joints: the drives' faults are being reset");
     }
     if (gate_.stopped()) gate_.release();
     return {};
@@ -178,7 +179,9 @@ void BridgeNode::step_hand(runtime::Time now) {
   const bool was_active = hand_reading_.active;
   hand_reading_ = hand_driver_->exchange(now, hand_setpoint_);
   if (hand_reading_.fault != before) {
-    runtime::info("hand: {}", hand_reading_.fault.empty() ? "well" : hand_reading_.fault);
+    const bool well = hand_reading_.fault.empty();
+    runtime::log(well ? runtime::Level::info : runtime::Level::warn,
+                 "hand: " + (well ? "well" : hand_reading_.fault));
   }
   if (params_.on_hand_fault == "stop" && was_active && !hand_reading_.fault.empty())
     gate_.emergency_stop("hand: " + hand_reading_.fault);

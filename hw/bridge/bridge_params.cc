@@ -21,26 +21,28 @@ double feedback_timeout_s(const ActuatorsRequest& request, const std::string& ca
   return prompt ? (p.missed_syncs - 0.5) / request.joints.rate_hz : kPatience_s;
 }
 
-std::unique_ptr<can::Bus> open_bus(const std::string& can, const ActuatorsRequest& request) {
-  auto bus = outside::open_can(can, request.graph);
+std::unique_ptr<can::Bus> open_bus(const std::string& can, const ActuatorsRequest& request,
+                                   std::span<const cia402::Axis> axes) {
+  auto bus = outside::open_can(can, request.graph, request.params.readonly ? "listener" : "master",
+                               text_of(request.params.robot, axes));
   return request.frames == nullptr ? std::move(bus) : request.frames->tap(std::move(bus), can);
 }
 
-/// The driver of `count` joints from `first` on, which share the bus `can`.
-cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int first, int count,
-                                          const std::string& can) {
+/// The driver of the joints from `first` on that share this bus.
+cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int first,
+                                          const BusShare& bus) {
   const auto& [p, joints, stays_powered, graph, frames] = request;
   const auto range = [&](const auto& all) {
-    return std::vector(all.begin() + first, all.begin() + first + count);
+    return std::vector(all.begin() + first, all.begin() + first + bus.joints);
   };
   return {
       .axes = range(complete(p.axes, joints)),
       .names = range(joints.names),
-      .limits = part_of(joints.limits, first, count),
+      .limits = part_of(joints.limits, first, bus.joints),
       .rate_hz = joints.rate_hz,
       .boot_timeout_s = p.boot_timeout_s,
       .transition_timeout_s = p.transition_timeout_s,
-      .feedback_timeout_s = feedback_timeout_s(request, can),
+      .feedback_timeout_s = feedback_timeout_s(request, bus.can),
       .missed_syncs = p.missed_syncs,
       .following_window_rad = p.following_window_rad,
       .following_time_s = p.following_time_s,
@@ -48,6 +50,8 @@ cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int f
                              : joints.walks              ? 0.0
                                                          : kTracking_rad,
       .readonly = p.readonly,
+      .exclusive = bus.exclusive,
+      .sdo_timeout_s = bus.sdo_timeout_s,
       .quick_stop = stays_powered ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables};
 }
 
@@ -56,8 +60,9 @@ std::unique_ptr<Actuators> make_cia402(const ActuatorsRequest& request) {
   std::vector<std::unique_ptr<cia402::JointDriver>> drivers;
   int first = 0;
   for (const BusShare& bus : complete(p.buses, p.can, request.joints)) {
-    drivers.push_back(std::make_unique<cia402::JointDriver>(
-        driver_options(request, first, bus.joints, bus.can), open_bus(bus.can, request)));
+    const cia402::JointDriverOptions options = driver_options(request, first, bus);
+    drivers.push_back(
+        std::make_unique<cia402::JointDriver>(options, open_bus(bus.can, request, options.axes)));
     first += bus.joints;
   }
   return std::make_unique<cia402::GroupDriver>(std::move(drivers));
@@ -66,18 +71,19 @@ std::unique_ptr<Actuators> make_cia402(const ActuatorsRequest& request) {
 std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
   const auto& [p, joints, stays_powered, graph, frames] = request;
   const std::vector<BusShare> buses = complete(p.buses, p.can, joints);
+  const std::vector<cia402::Axis> axes = complete(p.axes, joints);
   if (buses.size() != 1)
     throw ConfigError("buses: PowerCube modules stand on one bus, there are more");
   return std::make_unique<powercube::Driver>(
       powercube::DriverOptions{
-          .axes = complete(p.axes, joints),
+          .axes = axes,
           .names = joints.names,
           .limits = joints.limits,
           .rate_hz = joints.rate_hz,
           .boot_timeout_s = p.boot_timeout_s,
           .feedback_timeout_s = p.feedback_timeout_s > 0.0 ? p.feedback_timeout_s : kPatience_s,
           .readonly = p.readonly},
-      open_bus(buses[0].can, request));
+      open_bus(buses[0].can, request, axes));
 }
 
 std::map<std::string, MakeActuators>& known_actuators() {

@@ -20,6 +20,8 @@ struct BridgeParams {
   std::string can = "embedded:arm";  ///< bus of the drives, see hw/can/bus.h
   std::vector<BusShare> buses{};     ///< several buses instead of `can`
   std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, rtu:DEVICE, or empty
+  /// which kind of hand it is: a file of models/hands, see docs/hardware
+  std::string hand_profile = "hands/robotiq_3f.yaml";
   /// what the joints do if the hand fails: go_on with the stream, stop as by an emergency stop
   std::string on_hand_fault = "go_on";
   bool readonly = false;  ///< listens to the drives and sends nothing; no hand
@@ -57,6 +59,7 @@ struct BridgeParams {
     v("can", can);
     runtime::list(v, "buses", buses);
     v("hand", hand);
+    v.file("hand_profile", hand_profile, "hand");
     v("on_hand_fault", on_hand_fault, {"go_on", "stop"});
     v("readonly", readonly);
     v("enable", enable, {"service", "auto"});

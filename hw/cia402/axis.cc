@@ -33,6 +33,12 @@ std::vector<Axis> complete(std::vector<Axis> axes, int joints) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const std::string who = "axes[" + std::to_string(i) + "].";
     if (axes[i].sign == 0) throw ConfigError(who + "sign: expected -1 or 1, is 0");
+    for (const std::string& lack : axes[i].accept) {
+      if (std::ranges::count(kAcceptable, lack) > 0) continue;
+      std::string known;
+      for (const char* one : kAcceptable) known += (known.empty() ? "" : ", ") + std::string(one);
+      throw ConfigError(who + "accept: '" + lack + "', expected some of " + known);
+    }
     for (std::size_t j = 0; j < i; ++j) {
       if (axes[i].node_id == axes[j].node_id) {
         throw ConfigError(who + "node_id: " + std::to_string(axes[i].node_id) +

@@ -1,6 +1,9 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace mimesis::hw::cia402 {
@@ -14,6 +17,10 @@ struct Axis {
   double rated_torque_n_m = 100.0;  ///< at the joint; 6077h is in thousandths of it [N m]
   double offset_rad = 0.0;          ///< the joint's position where the drive counts 0 [rad]
   int stop_bit = -1;  ///< bit of 60FDh: 1 while an emergency stop's circuit is closed; -1: none
+  /// what this drive may lack although it protects: "no_6007", "no_bit12"; see kAcceptable
+  std::vector<std::string> accept{};
+
+  bool accepts(std::string_view lack) const { return std::ranges::count(accept, lack) > 0; }
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -23,6 +30,7 @@ struct Axis {
     v("rated_torque_n_m", rated_torque_n_m, 0.1, 1e4);
     v("offset_rad", offset_rad, -1e3, 1e3);
     v("stop_bit", stop_bit, -1, 31);
+    v("accept", accept);
   }
 
   std::int32_t to_increments(double rad) const;  ///< position; saturates
@@ -37,8 +45,14 @@ struct Axis {
   }
 };
 
+/// What a drive may be without, if its user knows what is lost then: objects, and bit 12 of the
+/// statusword (the drive follows its set-point).
+inline constexpr std::array<const char*, 6> kAcceptable = {"no_1016", "no_1017", "no_6007",
+                                                           "no_605A", "no_60C2", "no_bit12"};
+
 /// `axes` checked, or nodes 1..`joints` with defaults if it is empty.
-/// @throws ConfigError naming the axis: wrong number, node id used twice, sign 0
+/// @throws ConfigError naming the axis: wrong number, node id used twice, sign 0, `accept` of
+/// nothing
 std::vector<Axis> complete(std::vector<Axis> axes, int joints);
 
 }  // namespace mimesis::hw::cia402

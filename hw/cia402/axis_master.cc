@@ -12,8 +12,10 @@ namespace {
 using Kind = SetupStep::Kind;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kSdoTimeout(100);
 constexpr int kSdoAttempts = 3;
+constexpr int kModeReads = 20;  // until it is left to be shown by the enabled drive
+constexpr std::uint32_t kNoRemote = 0x40000000;  // of a TPDO's COB-ID: no remote requests
+constexpr milliseconds kResetHeld(100);
 
 std::string hex(std::uint32_t value) { return fmt::format("0x{:04X}", value); }
 
@@ -44,10 +46,12 @@ bool carries(const std::vector<Mapped>& map, Object object, int bytes) {
 
 }  // namespace
 
-AxisMaster::AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps)
-    : name_(std::move(name)), axis_(axis), wanted_(std::move(steps)) {
+AxisMaster::AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps,
+                       Time sdo_timeout)
+    : name_(std::move(name)), axis_(axis), wanted_(std::move(steps)), sdo_timeout_(sdo_timeout) {
   for (const SetupStep& step : wanted_) {
     if (step.object == object::kMode) mode_ = static_cast<std::int32_t>(step.value);
+    if (step.object == object::kModeDisplay) mode_step_ = step;
   }
   restart();
 }
@@ -61,6 +65,9 @@ void AxisMaster::restart() {
   verifying_ = heard_ = rebooted_ = answered_ = position_known_ = false;
   stop_known_ = stop_open_ = false;
   on_sync_ = true;
+  mode_shown_ = false;
+  mode_reads_ = 0;
+  beats_ = watches_ = deadline_ = true;
   misses_ = 0;
   asked_ = std::nullopt;
   demand_rad_ = std::nullopt;
@@ -84,10 +91,11 @@ bool AxisMaster::uploading() const {
 
 void AxisMaster::advance(Time now, std::vector<can::Frame>& out) {
   if (configured() || !failure_.empty()) return;
-  if (asked_ && now - *asked_ < kSdoTimeout) return;
+  if (asked_ && now - *asked_ < sdo_timeout_) return;
   const SetupStep& step = steps_[step_];
   if (asked_ && found() && ++attempts_ == kSdoAttempts) {
-    fail("no answer to " + what(step));
+    fail(fmt::format("no answer to {} within {:.3g} s, {} times", what(step),
+                     to_seconds(sdo_timeout_), kSdoAttempts));
     return;
   }
   asked_ = now;
@@ -106,8 +114,17 @@ void AxisMaster::next_step() {
   if (step_ == steps_.size()) check_maps();
 }
 
+/// The last way: what the axis may accept.
+std::string AxisMaster::way_on(const SetupStep& step) const {
+  if (step.lost == nullptr) return {};
+  return fmt::format("; `accept: [{}]` of its axis uses it without: {}", lack_of(step.object),
+                     step.lost);
+}
+
 /// A drive with PDOs of its own must carry what moves it and what shows its state.
 void AxisMaster::check_maps() {
+  if (!watches_ && !deadline_)
+    return fail("nothing stops it when the bridge is lost: it lacks 1016:01 and 1400:05");
   const std::vector<Mapped>& command = maps_[0];
   const std::vector<Mapped> needed = maps_of(wanted_)[0];
   for (const Mapped& m : command) {
@@ -129,6 +146,9 @@ void AxisMaster::check_maps() {
 }
 
 void AxisMaster::note(const SetupStep& step, std::uint32_t code, const std::string& consequence) {
+  if (step.object == object::kHeartbeatTime) beats_ = false;
+  if (step.object == object::kMasterHeartbeat) watches_ = false;
+  if (step.object == object::kRpdo1Deadline) deadline_ = false;
   if (consequence.empty()) return;
   notes_.push_back(name_ + ": " + what(step) + ": " + abort_text(code) + "; " + consequence);
 }
@@ -172,15 +192,48 @@ void AxisMaster::on_learnt(const SetupStep& step, std::uint32_t value) {
 
 void AxisMaster::on_refusal(const SetupStep& step, std::uint32_t code) {
   const bool reads = uploading();
+  const bool identifier =
+      step.object.sub == 1 && std::ranges::count(kPdoObjects, step.object.index);
+  constexpr std::uint32_t kReadOnly = 0x06010002;
+  if (identifier && step.object.index >= kPdoObjects[1] && !reads && !is_missing(code) &&
+      code != kReadOnly &&
+      (step.value & kNoRemote) == 0) {  // it has no remote requests, and wants that to be said
+    for (SetupStep& s : steps_)
+      if (s.object == step.object) s.value |= kNoRemote;
+    asked_ = std::nullopt;
+    return;
+  }
   if (step.pdo >= 0 && step.kind != Kind::learn) return learn_mapping(step, code);
   if (reads || is_missing(code)) {
-    if (step.without == nullptr) return fail(what(step) + ": " + abort_text(code));
+    if (step.without == nullptr) return fail(what(step) + ": " + abort_text(code) + way_on(step));
     note(step, code, step.without);
     return next_step();
   }
   refused_ = code;  // it may be as wanted already
   verifying_ = true;
   asked_ = std::nullopt;
+}
+
+void AxisMaster::ask_mode(std::vector<can::Frame>& out) {
+  constexpr int kEvery = 4;  // cycles
+  if (mode_reads_++ % kEvery == 0) out.push_back(sdo_upload(axis_.node_id, object::kModeDisplay));
+}
+
+void AxisMaster::on_mode(std::uint32_t shown) {
+  shown_mode_ = shown & mode_step_.mask;
+  mode_shown_ = shown_mode_ == mode_step_.value;
+}
+
+std::string AxisMaster::wrong_mode() const {
+  return name_ + ": " + what(mode_step_) + ": expected " + hex(mode_step_.value) + ", is " +
+         hex(shown_mode_) + " while it is " + hw::text(reading_);
+}
+
+void AxisMaster::reset_fault(Time now) {
+  const bool raised = controlword == controlword::kFaultReset;
+  if (raised && now - raised_at_ < kResetHeld) return;
+  if (!raised) raised_at_ = now;
+  controlword = raised ? controlword::kDisableVoltage : controlword::kFaultReset;
 }
 
 void AxisMaster::audit(std::vector<can::Frame>& out) {
@@ -190,6 +243,8 @@ void AxisMaster::audit(std::vector<can::Frame>& out) {
 }
 
 void AxisMaster::on_audit(const Sdo& response) {
+  if (response.object == object::kModeDisplay && response.kind == Sdo::Kind::uploaded)
+    return on_mode(response.value);
   if (audit_ >= audited_.size() || response.object != audited_[audit_].step.object) return;
   auto& [step, known] = audited_[audit_];
   if (response.kind == Sdo::Kind::abort) {  // a drive without it
@@ -224,8 +279,15 @@ void AxisMaster::on_response(const Sdo& response) {
   }
   const std::uint32_t mask = mask_of(step);
   const std::uint32_t value = response.value & mask;
-  const bool good =
-      step.kind == Kind::expect_least ? value >= step.value : value == (step.value & mask);
+  if (step.object == object::kModeDisplay) {
+    on_mode(response.value);
+    if (mode_shown_ || ++mode_reads_ >= kModeReads) return next_step();
+    asked_ = std::nullopt;
+    return;
+  }
+  const bool untold = step.object == object::kSupportedModes && response.value == 0;
+  const bool good = untold || (step.kind == Kind::expect_least ? value >= step.value
+                                                               : value == (step.value & mask));
   if (good) {
     if (step.kind == Kind::write_checked && protects(step.object)) {
       if (step.object == object::kFollowingWindow) audited_.erase(audited_.begin());
@@ -239,7 +301,7 @@ void AxisMaster::on_response(const Sdo& response) {
   }
   fail(what(step) + ": " + (refused_ != 0 ? abort_text(refused_) + ": " : "") + "expected " +
        (step.kind == Kind::expect_least ? "at least " : "") + hex(step.value) + ", is " +
-       hex(value));
+       hex(value) + way_on(step));
 }
 
 void AxisMaster::handle(const Identity& id, const can::Frame& frame, Time now) {

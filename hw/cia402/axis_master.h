@@ -21,7 +21,9 @@ class AxisMaster {
   static constexpr int kLately = 20;  ///< cycles
 
   /// @param name "A3 (node 3)", for reasons
-  AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps);
+  /// @param sdo_timeout of each answer; three are missed before it counts
+  AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps,
+             Time sdo_timeout = std::chrono::milliseconds(100));
 
   /// Forgets the drive: it is searched and configured again.
   void restart();
@@ -52,6 +54,16 @@ class AxisMaster {
   /// True once if the drive has rebooted since it was configured.
   bool take_rebooted() { return std::exchange(rebooted_, false); }
 
+  /// The drive has shown its mode of operation; some show it only while they are enabled.
+  bool mode_shown() const { return mode_shown_; }
+  /// Appends a request for it, now and then. "A3 (node 3): SDO 6061:00 ..: expected .., is ..": why
+  /// it cannot follow.
+  void ask_mode(std::vector<can::Frame>& out);
+  std::string wrong_mode() const;
+  /// One controlword of those that lead out of a fault: the bit is held for 0.1 s, since some
+  /// drives look for it slowly, and lowered for a cycle, since its edge counts.
+  void reset_fault(Time now);
+
   bool heard() const { return heard_; }  ///< feedback has come since the start
   /// Ends a cycle whose SYNC was on the wire: it counts as missed if this drive has sent no
   /// feedback since the last, though `others` have; not at all if nobody has.
@@ -64,7 +76,8 @@ class AxisMaster {
   int missed_lately() const { return std::popcount(misses_ & ((1u << kLately) - 1)); }
   bool stop_open() const { return stop_open_; }  ///< its input of an emergency stop
   Time feedback_age(Time now) const { return now - feedback_seen_; }
-  Time heartbeat_age(Time now) const { return now - heartbeat_seen_; }
+  /// 0 of a drive without one.
+  Time heartbeat_age(Time now) const { return beats_ ? now - heartbeat_seen_ : Time(0); }
   const JointReading& reading() const { return reading_; }
   /// Position at which the drive holds its motor, if reported; else the joint's [rad].
   double demand_rad() const { return demand_rad_.value_or(reading_.position_rad); }
@@ -96,6 +109,8 @@ class AxisMaster {
   void learn_mapping(const SetupStep& refused, std::uint32_t code);
   void check_maps();
   void note(const SetupStep& step, std::uint32_t code, const std::string& consequence);
+  std::string way_on(const SetupStep& step) const;
+  void on_mode(std::uint32_t shown);
   void take_in(const std::vector<Mapped>& map, const can::Frame& frame, Time now);
   void fail(const std::string& why);
   void next_step();
@@ -111,7 +126,14 @@ class AxisMaster {
   std::string name_;
   Axis axis_;
   const std::vector<SetupStep> wanted_;
-  std::int32_t mode_ = 0;         // 6060h
+  const Time sdo_timeout_;
+  std::int32_t mode_ = 0;  // 6060h
+  SetupStep mode_step_{};  // that reads 6061h
+  bool mode_shown_ = false;
+  std::uint32_t shown_mode_ = 0;  // last
+  int mode_reads_ = 0;
+  bool beats_ = true, watches_ = true, deadline_ = true;  // heartbeats both ways, 1400:05
+  Time raised_at_{};                                      // of the fault reset
   std::vector<SetupStep> steps_;  // the wanted ones, changed by what the drive refuses
   std::size_t step_ = 0;
   bool verifying_ = false;     // second half of write_checked

@@ -17,6 +17,8 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kRetry(1000);  // between attempts to set up, and after bus-off
 constexpr milliseconds kLongestStop(2000);
+constexpr double kBehind = 4.0;  // cycles that a drive may be behind its set-point
+constexpr milliseconds kListen(kMasterHeartbeatMs * 3 / 2);  // another master is heard in it
 
 std::string seconds(double s) { return fmt::format("{:.3g} s", s); }
 
@@ -38,7 +40,8 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
       inbox_(256),
       axis_of_node_(kLastNode + 1, -1),
       posture_(options_.axes.size(), 0.0),
-      astray_(options_.axes.size(), 0) {
+      astray_(options_.axes.size(), 0),
+      following_(options_.axes.size()) {
   const std::size_t n = options_.axes.size();
   MIMESIS_ASSERT(options_.limits.q_min.size() == static_cast<Eigen::Index>(n));
   MIMESIS_ASSERT(options_.names.empty() || options_.names.size() == n);
@@ -58,13 +61,15 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
                                     .a_max = l.a_max[k],
                                     .following_window_rad = options_.following_window_rad,
                                     .following_time_s = options_.following_time_s},
-                                   period, options_.quick_stop));
+                                   period, options_.quick_stop),
+                       from_seconds(options_.sdo_timeout_s));
   }
   outbox_.reserve(4 * n + 8);
   std::vector<can::Wanted> wanted;  // all that a node sends or is sent
   for (const Axis& axis : options_.axes)
     wanted.push_back({static_cast<std::uint32_t>(axis.node_id), kLastNode});
   wanted.push_back({sync().id, 0x7FF});
+  wanted.push_back({heartbeat(kMasterNode, NmtState::operational).id, 0x7FF});
   bus_->want(wanted);
 }
 
@@ -93,11 +98,16 @@ void JointDriver::lose(AxisMaster& axis, const std::string& why) {
 
 /// Two masters pull the drives to and fro: who has had them stops them, who comes later sends
 /// nothing.
-void JointDriver::meet_master() {
-  fault("another master runs this bus: its SYNC was heard");
+void JointDriver::meet_master(const char* sign) {
+  fault(std::string("another master runs this bus: its ") + sign + " was heard");
   if (ours_) return;
   silent_until_ = now_ + kRetry;
   begun_ = false;
+}
+
+/// An NMT command to our nodes, one by one: others on the bus may be somebody else's.
+void JointDriver::tell_all(Nmt command) {
+  for (const AxisMaster& axis : axes_) outbox_.push_back(nmt(command, axis.axis().node_id));
 }
 
 void JointDriver::receive() {
@@ -110,8 +120,12 @@ void JointDriver::receive() {
         silent_until_ = now_ + kRetry;
       }
       if ((frame.id & can::kErrorFlag) != 0) continue;
-      if (frame.id == sync().id && !options_.readonly) meet_master();
       const Identity id = identify(frame);
+      if (!options_.readonly) {
+        if (id.kind == Identity::Kind::sync) meet_master("SYNC");
+        if (id.kind == Identity::Kind::heartbeat && id.node == kMasterNode)
+          meet_master("heartbeat (node 127)");
+      }
       const int axis = axis_of_node_[static_cast<std::size_t>(id.node)];
       if (axis >= 0) axes_[static_cast<std::size_t>(axis)].handle(id, frame, now_);
     }
@@ -129,12 +143,13 @@ void JointDriver::count_answers() {
 void JointDriver::set_up() {
   for (AxisMaster& axis : axes_) axis.advance(now_, outbox_);
   if (std::ranges::all_of(axes_, &AxisMaster::configured)) {
-    outbox_.push_back(nmt(Nmt::start, 0));
+    tell_all(Nmt::start);
     for (AxisMaster& axis : axes_) {
       axis.watch_from(now_);
     }
     for (const std::string& line : notes()) runtime::warn("drive {}", line);
     configured_ = ours_ = true;
+    reset_until_ = {};
     reading_.posture_known = false;
     enter(Phase::idle);  // a drive that was kept powered shows it with the first feedback
     return;
@@ -197,10 +212,12 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
   const bool failed = in_fault(state);
   switch (reading_.phase) {
     case Phase::enabling: {  // a fault found here is about to be reset
-      if (state == DriveState::operation_enabled) return;
+      const bool enabled = state == DriveState::operation_enabled;
+      if (enabled && axis.mode_shown()) return;
       const Time limit = from_seconds(options_.transition_timeout_s);
       const bool stuck = std::min(now_ - entered_, axis.state_age(now_)) > limit;
       const bool wandering = now_ - entered_ > 4 * limit;
+      if (enabled && stuck) return fault(axis.wrong_mode());
       if (stuck || wandering)
         fault(axis.complaint(next_towards_enabled(state, options_.quick_stop)));
       return;
@@ -218,7 +235,6 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
 /// What is measured is two cycles behind the set-point, and the drive needs as much to follow. Two
 /// new measurements in a row have to say it: the first after a pause of the drive is old.
 void JointDriver::supervise_tracking() {
-  constexpr double kBehind = 4.0;  // cycles
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const AxisMaster& axis = axes_[i];
     const auto k = static_cast<Eigen::Index>(i);
@@ -226,10 +242,61 @@ void JointDriver::supervise_tracking() {
     const double allowed = options_.tracking_window_rad +
                            kBehind / options_.rate_hz * std::abs(limiter_.velocity()[k]);
     if (axis.feedback_age(now_) > Time(0)) continue;
+    supervise_following(i);
+    if (options_.tracking_window_rad <= 0.0) continue;
     astray_[i] = distance > allowed ? astray_[i] + 1 : 0;
     if (astray_[i] < 2) continue;
     return fault(fmt::format("{}: is {:.3f} rad from its set-point, allowed are {:.3f}; it is {}",
                              axis.name(), distance, allowed, text(axis.reading())));
+  }
+}
+
+/// However small the motion: what the statusword says of it (CiA 402-2, cyclic synchronous
+/// position: bit 12, the drive follows; bit 13, following error), a deviation beyond the window
+/// that was set for the drives, and a joint that stands although the set-point has moved.
+void JointDriver::supervise_following(std::size_t i) {
+  constexpr double kLeast = 3.0;  // increments
+  constexpr double kPatience_s = 0.3;
+  const AxisMaster& axis = axes_[i];
+  Following& f = following_[i];
+  const double patience_s =
+      options_.following_time_s > 0.0 ? options_.following_time_s : kPatience_s;
+  const auto lasts = [&](bool so, std::optional<Time>& since) {
+    if (!so) since.reset();
+    if (so && !since) since = now_;
+    return since && now_ - *since > from_seconds(patience_s);
+  };
+  const auto k = static_cast<Eigen::Index>(i);
+  const double position = axis.reading().position_rad, asked = limiter_.position()[k];
+  const unsigned word = axis.reading().statusword;
+  const bool denies = (word & statusword::kAcknowledged) == 0 && !axis.axis().accepts("no_bit12");
+  const bool error = (word & statusword::kHomingError) != 0;  // here: following error
+  if (lasts(denies || error, f.denies)) {
+    return fault(fmt::format(
+        "{}: does not follow: {} for {}; it is {}{}", axis.name(),
+        denies ? "bit 12 of its statusword is 0" : "its statusword says following error (bit 13)",
+        seconds(patience_s), text(axis.reading()),
+        denies ? "; `accept: [no_bit12]` of an axis that never sets it" : ""));
+  }
+  const double window = options_.following_window_rad, distance = std::abs(position - asked);
+  const double allowed = window + kBehind / options_.rate_hz * std::abs(limiter_.velocity()[k]);
+  if (lasts(window > 0.0 && distance > allowed, f.deviates)) {
+    return fault(
+        fmt::format("{}: is {:.4f} rad from its set-point for {}, following_window_rad is "
+                    "{:.4f}; it is {}",
+                    axis.name(), distance, seconds(patience_s), window, text(axis.reading())));
+  }
+  const double step = 1.0 / axis.axis().increments_per_rad;
+  if (std::abs(position - f.stood_at) > 0.5 * step) {
+    f.stood_at = position;
+    f.asked_from = asked;
+  }
+  const double wish = std::abs(asked - f.asked_from);
+  if (lasts(wish >= kLeast * step && distance >= kLeast * step, f.stands)) {
+    fault(
+        fmt::format("{}: does not move: asked for {:.3g} rad ({:.0f} increments), moved by none "
+                    "for {}; it is {}",
+                    axis.name(), wish, wish / step, seconds(patience_s), text(axis.reading())));
   }
 }
 
@@ -245,17 +312,19 @@ void JointDriver::audit() {
 void JointDriver::supervise() {
   for (AxisMaster& axis : axes_) supervise_axis(axis);
   if (!configured_) return;
-  if (reading_.phase == Phase::following && options_.tracking_window_rad > 0.0)
-    supervise_tracking();
+  if (reading_.phase == Phase::following) supervise_tracking();
   const auto enabled = [](const AxisMaster& a) {
-    return a.reading().drive == DriveState::operation_enabled;
+    return a.reading().drive == DriveState::operation_enabled && a.mode_shown();
   };
   if (reading_.phase == Phase::enabling && std::ranges::all_of(axes_, enabled)) {
     for (std::size_t i = 0; i < axes_.size(); ++i) posture_[i] = axes_[i].target_rad;
     limiter_.reset(posture_);
     std::ranges::fill(astray_, 0);
+    for (std::size_t i = 0; i < axes_.size(); ++i)
+      following_[i] = {.stood_at = axes_[i].reading().position_rad, .asked_from = posture_[i]};
     enter(Phase::following);
   }
+  if (reading_.phase != Phase::fault) reset_until_ = {};  // it was for that fault
   switch (reading_.phase) {
     case Phase::stopping: {
       const auto done = [this](const AxisMaster& a) { return stopped(a); };
@@ -269,7 +338,17 @@ void JointDriver::supervise() {
       return;
     case Phase::fault: {
       const auto failed = [](const AxisMaster& a) { return in_fault(a.reading().drive); };
-      if (now_ < reset_until_ && std::ranges::none_of(axes_, failed)) enter(rest());
+      if (reset_until_ == Time{}) return;
+      const auto still = std::ranges::find_if(axes_, failed);
+      if (still == axes_.end()) {
+        enter(rest());
+      } else if (now_ >= reset_until_) {
+        reading_.reason =
+            still->complaint(DriveState::switch_on_disabled) + "; it stays so after a reset";
+      } else {
+        return;
+      }
+      reset_until_ = {};
       return;
     }
     default:
@@ -306,7 +385,8 @@ Phase JointDriver::rest() const {
 /// by the deadline of their set-points, of which they get no more. Some copies, for bad wires.
 void JointDriver::halt() {
   constexpr int kCopies = 3;
-  outbox_.insert(outbox_.end(), kCopies, nmt(Nmt::stop, 0));
+  for (int copy = 0; copy < kCopies; ++copy)
+    options_.exclusive ? outbox_.push_back(nmt(Nmt::stop, 0)) : tell_all(Nmt::stop);
   bus_->send(outbox_);
   outbox_.clear();
 }
@@ -335,12 +415,13 @@ const Reading& JointDriver::read(Time now) {
   const Time pause = begun_ ? now - now_ : Time(0);
   now_ = now;
   outbox_.clear();
+  if (silent_until_ == Time{}) silent_until_ = now + kListen;
   receive();
   if (!begun_ && now >= silent_until_) {
     begun_ = true;
     entered_ = heartbeat_due_ = now;
     stop();
-    if (!options_.readonly) outbox_.push_back(nmt(Nmt::reset_communication, 0));
+    if (!options_.readonly) tell_all(Nmt::reset_communication);
   }
   count_answers();
   if (options_.readonly) {
@@ -370,6 +451,8 @@ void JointDriver::enable(AxisMaster& axis) {
   const bool braking =
       state == DriveState::quick_stop_active && !(stays_powered() && stopped(axis));
   const bool held = axis.controlword == controlword::kEnableOperation;
+  if (state == DriveState::fault) return axis.reset_fault(now_);
+  if (state == DriveState::operation_enabled && !axis.mode_shown()) axis.ask_mode(outbox_);
   axis.controlword = braking ? controlword::kQuickStop
                              : towards_enabled(state, axis.controlword, options_.quick_stop);
   if (!held) axis.target_rad = axis.demand_rad();  // powered where it is
@@ -388,7 +471,7 @@ void JointDriver::command_axes() {
         break;
       case Phase::fault:
         if (now_ < reset_until_ && axis.reading().drive == DriveState::fault) {
-          axis.controlword = towards_enabled(DriveState::fault, axis.controlword);
+          axis.reset_fault(now_);
           break;
         }
         [[fallthrough]];

@@ -25,15 +25,18 @@ struct JointDriverOptions {
   double following_time_s = 0.0;      ///< 6066h of the drives; 0: their own
   /// largest distance of a joint from its set-point, beyond what its speed explains; 0: any
   double tracking_window_rad = 0.0;
-  bool readonly = false;  ///< listens, never sends
+  bool readonly = false;       ///< listens, never sends
+  bool exclusive = false;      ///< nobody else's node is on this bus: NMT to all of them is allowed
+  double sdo_timeout_s = 0.1;  ///< of each answer of a drive's configuration, three times
   /// reaction of the drives, also to their own watchdogs
   QuickStop quick_stop = QuickStop::disables;
 };
 
 /// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
-/// batch of frames out (set-points, then SYNC) and one in. The first is a quick stop, but on a bus
-/// that another master runs nothing is sent. After any fault all axes get a quick stop; a set-point
-/// is obeyed again only after Mode::idle, and starts at the actual posture.
+/// batch of frames out (set-points, then SYNC) and one in. The first is a quick stop, after 0.15 s
+/// of listening: on a bus that another master runs nothing is sent. Nodes that are not ours are
+/// neither reset, started nor stopped. After any fault all axes get a quick stop; a set-point is
+/// obeyed again only after Mode::idle, and starts at the actual posture.
 class JointDriver final : public PhasedActuators {
  public:
   /// @throws ConfigError if the rate gives no interpolation period
@@ -50,12 +53,14 @@ class JointDriver final : public PhasedActuators {
 
  private:
   void receive();
-  void meet_master();
+  void meet_master(const char* sign);
+  void tell_all(Nmt command);
   void set_up();
   void supervise();
   void audit();
   void count_answers();
   void supervise_tracking();
+  void supervise_following(std::size_t i);
   void supervise_axis(AxisMaster& axis);
   void halt();
   void end_halt();
@@ -75,6 +80,13 @@ class JointDriver final : public PhasedActuators {
   std::vector<int> axis_of_node_;
   std::vector<double> posture_;
   std::vector<int> astray_;  // measurements in a row, by axis
+
+  /// Since when an axis has not done as it was told; nothing: it does.
+  struct Following {
+    std::optional<Time> denies{}, deviates{}, stands{};
+    double stood_at = 0.0, asked_from = 0.0;  // its position, and the set-point then [rad]
+  };
+  std::vector<Following> following_;
 
   Time heartbeat_due_{}, audit_due_{};
   std::size_t audit_ = 0;    // the axis that was asked last

@@ -48,6 +48,9 @@ void ModeAxis::supervise() {
     failure_ = master_.failure();
   } else if (started_ && master_.feedback_age(now_) > kLongestSilence) {
     failure_ = master_.name() + ": no feedback for 0.5 s";
+  } else if (state == DriveState::operation_enabled && !master_.mode_shown() &&
+             master_.state_age(now_) > kLongestSilence) {
+    failure_ = master_.wrong_mode();
   } else if (state == DriveState::fault) {
     failure_ = master_.complaint(DriveState::operation_enabled);
   } else if (step_ == Step::taken && mode_ == OperationMode::homing) {
@@ -105,9 +108,10 @@ void ModeAxis::cycle(Time now, bool power) {
   if (!power || !failure_.empty() || !started_ || !master_.heard()) {
     master_.controlword = controlword::kQuickStop;
   } else {
-    master_.controlword = state == DriveState::operation_enabled
-                              ? operate()
-                              : towards_enabled(state, master_.controlword);
+    const bool enabled = state == DriveState::operation_enabled;
+    if (enabled && !master_.mode_shown()) master_.ask_mode(outbox_);
+    master_.controlword =
+        enabled && master_.mode_shown() ? operate() : towards_enabled(state, master_.controlword);
   }
   if (now >= heartbeat_due_) {
     outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));

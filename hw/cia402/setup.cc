@@ -73,6 +73,8 @@ void remap(std::vector<SetupStep>& steps, int pdo, std::uint32_t cob,
 
 }  // namespace
 
+std::string lack_of(Object object) { return "no_" + text(object).substr(0, 4); }
+
 Mapped mapped(std::uint32_t entry) {
   return {{static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)},
           static_cast<int>(entry & 0xFF) / 8};
@@ -136,14 +138,38 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
       {Kind::write_checked, object::kQuickStopOption, static_cast<std::uint32_t>(quick_stop), 2,
        quick_stop == QuickStop::disables ? "quick stop by ramp, then disable"
                                          : "quick stop by ramp, then stay powered"},
-      {Kind::write_checked, object::kAbortOption, 3, 2, "quick stop when the connection is lost"},
-      {Kind::write_checked, object::kMasterHeartbeat, master, 4, "watch over our heartbeat"},
+      {.kind = Kind::write_checked,
+       .object = object::kAbortOption,
+       .value = 3,
+       .bytes = 2,
+       .meaning = "quick stop when the connection is lost",
+       .lost = "what it does when the connection is lost is its maker's choice"},
+      {.kind = Kind::write_checked,
+       .object = object::kMasterHeartbeat,
+       .value = master,
+       .bytes = 4,
+       .meaning = "watch over our heartbeat",
+       .lost = "it does not notice the end of our heartbeat, only that of the set-points"},
       {Kind::write_checked, object::kHeartbeatLost, 1, 1, "stays operational without our heartbeat",
        kAll, kUnimportant},
-      {Kind::write_checked, object::kHeartbeatTime, kDriveHeartbeatMs, 2, "the drive's heartbeat"},
-      {Kind::write_checked, object::kPeriodValue, period.value, 1, "interpolation period"},
-      {Kind::write_checked, object::kPeriodExponent, static_cast<std::uint8_t>(period.exponent), 1,
-       "interpolation period"},
+      {.kind = Kind::write_checked,
+       .object = object::kHeartbeatTime,
+       .value = kDriveHeartbeatMs,
+       .bytes = 2,
+       .meaning = "the drive's heartbeat",
+       .lost = "its loss shows by missing answers to SYNC alone"},
+      {.kind = Kind::write_checked,
+       .object = object::kPeriodValue,
+       .value = period.value,
+       .bytes = 1,
+       .meaning = "interpolation period",
+       .lost = "it interpolates over a time of its own, or not at all"},
+      {.kind = Kind::write_checked,
+       .object = object::kPeriodExponent,
+       .value = static_cast<std::uint8_t>(period.exponent),
+       .bytes = 1,
+       .meaning = "interpolation period",
+       .lost = "it interpolates over a time of its own, or not at all"},
       {Kind::write, object::kMode, mode_number, 1, mode},
       {Kind::expect, object::kModeDisplay, mode_number, 1, mode, 0xFF},
   };
@@ -182,6 +208,12 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
   std::vector<Mapped> slower = {{object::kVelocity, 4}};
   if (quick_stop == QuickStop::stays_powered) slower.push_back({object::kDemand, 4});
   remap(steps, 2, 0x280 + node, slower);
+  for (SetupStep& step : steps) {
+    const bool holds = quick_stop == QuickStop::stays_powered;
+    if (step.object == object::kQuickStopOption && !holds)
+      step.lost = "how its quick stop ends is its maker's choice";
+    if (step.lost != nullptr && axis.accepts(lack_of(step.object))) step.without = step.lost;
+  }
   if (axis.stop_bit >= 0) remap(steps, 3, 0x380 + node, {{object::kDigitalInputs, 4}});
   return steps;
 }

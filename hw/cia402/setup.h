@@ -46,7 +46,10 @@ struct SetupStep {
   /// What follows if the drive lacks the object; null: then it cannot be used.
   const char* without = nullptr;
   int pdo = -1;  ///< index into PdoMaps of a mapping
+  /// What is lost if the axis accepts that the drive lacks it (Axis::accept); null: it cannot.
+  const char* lost = nullptr;
 };
+std::string lack_of(Object object);  ///< the word in Axis::accept: "no_6007"
 
 /// Interpolation period 60C2h: value · 10^exponent seconds.
 struct Period {

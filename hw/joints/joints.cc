@@ -1,5 +1,7 @@
 #include "hw/joints/joints.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "common/error.h"
@@ -106,6 +108,16 @@ std::vector<cia402::Axis> complete(std::vector<cia402::Axis> axes, const Joints&
     if (effort > 0.0) axes[i].rated_torque_n_m = effort;
   }
   return axes;
+}
+
+std::string text_of(const std::string& robot, std::span<const cia402::Axis> axes) {
+  std::string text = robot.substr(robot.rfind('/') + 1);
+  for (const cia402::Axis& axis : axes) {
+    text += fmt::format("{} node {} at {:.6g}/rad", &axis == axes.data() ? ":" : ",", axis.node_id,
+                        axis.sign * axis.increments_per_rad);
+    if (axis.offset_rad != 0.0) text += fmt::format(" from {:.4g} rad", axis.offset_rad);
+  }
+  return text;
 }
 
 JointLimits part_of(const JointLimits& limits, int first, int count) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,10 +36,14 @@ Joints load_joints(const std::string& file);
 struct BusShare {
   std::string can;  ///< see hw/can/bus.h
   int joints = 0;
+  double sdo_timeout_s = 0.1;  ///< of each answer of a drive's configuration, three times [s]
+  bool exclusive = false;  ///< every node on it is a drive of this robot: one frame halts them all
 
   void visit(runtime::ParamVisitor& v) {
     v("can", can);
     v("joints", joints, 1, 126);
+    v("sdo_timeout_s", sdo_timeout_s, 0.01, 10.0);
+    v("exclusive", exclusive);
   }
 };
 
@@ -51,6 +56,9 @@ std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& c
 /// Numbers of nodes are the robot's, not a bus's: each occurs once.
 /// @throws ConfigError as cia402::complete
 std::vector<cia402::Axis> complete(std::vector<cia402::Axis> axes, const Joints& joints);
+
+/// The drives of one bus, for people and for comparison: "lwr4.yaml: node 1 at 160000/rad, ...".
+std::string text_of(const std::string& robot, std::span<const cia402::Axis> axes);
 
 JointLimits part_of(const JointLimits& limits, int first, int count);
 

@@ -17,10 +17,14 @@ constexpr double kAny = 1e6;  // of a limit that the file does not have
 struct MachineBus {
   std::string can;
   int bitrate_bit_s = 1'000'000;
+  double sdo_timeout_s = 0.1;
+  bool exclusive = false;
 
   void visit(runtime::ParamVisitor& v) {
     v("can", can);
     v("bitrate_bit_s", bitrate_bit_s, 10'000, 1'000'000);
+    v("sdo_timeout_s", sdo_timeout_s, 0.01, 10.0);
+    v("exclusive", exclusive);
   }
 };
 
@@ -36,6 +40,7 @@ struct MachineJoint {
   double q_min_rad = -kAny, q_max_rad = kAny, v_max_rad_s = kAny, a_max_rad_s2 = kAny;
   double j_max_rad_s3 = 0.0;  // 0: no limit
   int stop_bit = -1;
+  std::vector<std::string> accept{};
 
   void visit(runtime::ParamVisitor& v) {
     v("name", name);
@@ -52,6 +57,7 @@ struct MachineJoint {
     v("a_max_rad_s2", a_max_rad_s2, 1e-6, kAny);
     v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9);
     v("stop_bit", stop_bit, -1, 31);
+    v("accept", accept);
   }
 };
 
@@ -113,7 +119,8 @@ Machine load_machine(const std::string& file) {
   }
   for (const MachineBus& bus : given.buses) {
     can::check_address(bus.can);
-    machine.buses.push_back({.can = bus.can, .joints = 0});
+    machine.buses.push_back(
+        {.can = bus.can, .sdo_timeout_s = bus.sdo_timeout_s, .exclusive = bus.exclusive});
     machine.bitrates.push_back(bus.bitrate_bit_s);
   }
   for (std::size_t i = 0; i < given.joints.size(); ++i) {
@@ -138,7 +145,8 @@ Machine load_machine(const std::string& file) {
          .sign = joint.sign,
          .rated_torque_n_m = joint.rated_torque_n_m,
          .offset_rad = joint.offset_rad,
-         .stop_bit = joint.stop_bit});
+         .stop_bit = joint.stop_bit,
+         .accept = joint.accept});
     narrow(joints.limits, joint, k);
     const JointLimits& l = joints.limits;
     if (l.q_min[k] >= l.q_max[k])

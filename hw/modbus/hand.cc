@@ -1,7 +1,8 @@
 #include "hw/modbus/hand.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 
 #include "hw/modbus/connection.h"
@@ -14,14 +15,13 @@ using std::chrono::milliseconds;
 constexpr Time kFirstPause = milliseconds(100), kLongestPause = milliseconds(2000);
 constexpr milliseconds kLastTimeout(200);
 
-std::uint8_t to_byte(double fraction) {
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(fraction, 0.0, 1.0)));
-}
-
 }  // namespace
 
-HandClient::HandClient(Address address, milliseconds timeout)
-    : address_(std::move(address)), timeout_(timeout), pause_(kFirstPause) {}
+HandClient::HandClient(Address address, HandProfile profile, milliseconds timeout)
+    : address_(std::move(address)),
+      profile_(std::move(profile)),
+      timeout_(timeout),
+      pause_(kFirstPause) {}
 
 HandClient::~HandClient() = default;
 
@@ -35,66 +35,97 @@ tl::unexpected<Status> HandClient::fail(Time now, const std::string& why) {
   connection_.reset();
   retry_at_ = now + pause_;
   pause_ = std::min(2 * pause_, kLongestPause);
-  last_failure_ = why;
-  return tl::unexpected(Status{why});
+  last_failure_ = "hand at " + address_.text + ": " + why;
+  return tl::unexpected(Status{last_failure_});
 }
 
-tl::expected<HandInput, Status> HandClient::exchange(Time now, const HandOutput& output) {
+/// A device that has never shown to be this hand, and refuses its registers or has no such unit,
+/// may be another one.
+std::string HandClient::blame(const RegisterBlock& block, const std::string& why) const {
+  const std::string what =
+      fmt::format("registers {} to {}: {}", block.address, block.address + block.count - 1, why);
+  if (met_) return what;
+  return what + (connection_->refused() ? ": this is no " : ": is it a ") + profile_.name +
+         (connection_->refused() ? ", see parameter hand_profile" : "?");
+}
+
+std::string HandClient::read(const std::vector<RegisterBlock>& blocks) {
+  for (const RegisterBlock& block : blocks) {
+    const auto values = connection_->read(block.function, block.address, block.count);
+    if (!values) return blame(block, values.error().reason);
+    ++transactions_;
+    for (int i = 0; i < block.count; ++i)
+      image_[block.address + i] = (*values)[static_cast<std::size_t>(i)];
+  }
+  const std::string contrary = contradiction(profile_, image_);
+  if (!contrary.empty()) return "is no " + profile_.name + ": " + contrary;
+  proven_ = proven_ || proves(profile_, image_);
+  return {};
+}
+
+std::string HandClient::write(const HandRegisters& registers) {
+  for (const RegisterBlock& block : profile_.write) {
+    std::vector<std::uint16_t> values;
+    bool changed = false;
+    for (int i = 0; i < block.count; ++i) {
+      const std::uint16_t value = registers.at(block.address + i);
+      const auto before = written_.find(block.address + i);
+      changed = changed || before == written_.end() || before->second != value;
+      values.push_back(value);
+    }
+    if (!changed) continue;
+    if (const auto done = connection_->write(block.address, values); !done)
+      return blame(block, done.error().reason);
+    ++transactions_;
+    for (int i = 0; i < block.count; ++i)
+      written_[block.address + i] = values[static_cast<std::size_t>(i)];
+  }
+  return {};
+}
+
+/// Connects, and asks who is there before it writes anything.
+std::string HandClient::open() {
+  const Line line{.baud_bit_s = profile_.baud_bit_s,
+                  .parity = profile_.parity == "even"  ? 'E'
+                            : profile_.parity == "odd" ? 'O'
+                                                       : 'N'};
+  auto opened = Connection::open(address_, profile_.unit, timeout_, line);
+  if (!opened) return opened.error().reason;
+  connection_ = std::move(*opened);
+  image_.clear();
+  written_.clear();
+  proven_ = false;
+  if (std::string why = read(profile_.identify); !why.empty()) return why;
+  return read(profile_.read);
+}
+
+tl::expected<HandReading, Status> HandClient::exchange(Time now, const HandSetpoint& setpoint) {
   if (!connection_) {
     if (now < retry_at_) return tl::unexpected(Status{last_failure_});
-    auto opened = Connection::open(address_, kUnit, timeout_);
-    if (!opened) return fail(now, "hand at " + address_.text + ": " + opened.error().reason);
-    connection_ = std::move(*opened);
-    written_once_ = false;
+    if (const std::string why = open(); !why.empty()) return fail(now, why);
   }
-  modbus_t* context = connection_->context();
-  constexpr int kCount = static_cast<int>(kRegisters);
-  const auto failed = [&](const char* what) {
-    return fail(now, "hand at " + address_.text + ": " + what + ": " + modbus_strerror(errno));
-  };
-  if (!written_once_ || output != written_) {
-    const Registers registers = encode(output);
-    if (modbus_write_registers(context, kOutputAddress, kCount, registers.data()) != kCount) {
-      return failed("write");
-    }
-    ++transactions_;
-    written_ = output;
-    written_once_ = true;
+  HandSetpoint wanted = setpoint;
+  wanted.move = wanted.move && proven_;
+  if (const std::string why = write(to_registers(profile_, wanted, image_)); !why.empty())
+    return fail(now, why);
+  if (const std::string why = read(profile_.read); !why.empty()) return fail(now, why);
+  HandReading reading = to_reading(profile_, image_, setpoint.mode);
+  if (proven_) {
+    met_ = true;
+    pause_ = kFirstPause;
+    return reading;
   }
-  Registers registers{};
-  if (modbus_read_registers(context, kInputAddress, kCount, registers.data()) != kCount) {
-    return failed("read");
-  }
-  ++transactions_;
-  pause_ = kFirstPause;
-  return decode_input(registers);
+  if (is_ready(profile_, image_))
+    return fail(now, "is no " + profile_.name + ": " + profile_.unproven);
+  reading.active = reading.object_detected = false;
+  return reading;
 }
 
-HandOutput to_output(const HandSetpoint& setpoint, const HandInput& last) {
-  const bool ready = last.initialisation == Initialisation::done ||
-                     last.initialisation == Initialisation::changing_mode;
-  return {.activate = !needs_reactivation(last.fault),
-          .mode = setpoint.mode,
-          .go = setpoint.move && ready,
-          .position = to_byte(setpoint.closure),
-          .speed = 255,
-          .force = to_byte(setpoint.force)};
-}
-
-HandReading to_reading(const HandInput& input) {
-  const bool ready = input.initialisation == Initialisation::done ||
-                     input.initialisation == Initialisation::changing_mode;
-  return {.active = input.activated && ready && input.fault == 0,
-          .mode = input.mode,
-          .closure = input.position / 255.0,
-          .moving = (input.go && input.motion == Motion::moving) ||
-                    input.initialisation == Initialisation::changing_mode,
-          .object_detected = input.contact == Contact::while_closing,
-          .fault = fault_text(input.fault)};
-}
-
-HandDriver::HandDriver(Address address, const Options& options)
-    : client_(std::move(address), options.timeout), options_(options) {
+HandDriver::HandDriver(Address address, HandProfile profile, const Options& options)
+    : client_(std::move(address), profile,
+              options.timeout.count() > 0 ? options.timeout
+                                          : milliseconds(std::lround(1e3 * profile.timeout_s))),
+      options_(options) {
   reading_.fault = "not connected yet";
   if (options_.threaded) thread_ = std::thread([this] { work(); });
 }
@@ -102,12 +133,12 @@ HandDriver::HandDriver(Address address, const Options& options)
 HandDriver::~HandDriver() { stop(); }
 
 void HandDriver::exchange_now(Time now, const HandSetpoint& setpoint, HandReading& reading) {
-  if (const auto input = client_.exchange(now, to_output(setpoint, last_))) {
-    last_ = *input;
-    reading = to_reading(*input);
+  mode_ = setpoint.mode;
+  if (auto read = client_.exchange(now, setpoint)) {
+    reading = std::move(*read);
   } else {
     reading.active = reading.moving = false;
-    reading.fault = input.error().reason;
+    reading.fault = read.error().reason;
   }
   reading.transactions = client_.transactions();
   reading.errors = client_.errors();
@@ -142,7 +173,7 @@ void HandDriver::stop() noexcept {
     if (stopping_.exchange(true)) return;
     if (thread_.joinable()) thread_.join();
     client_.hurry();
-    client_.exchange(Time::max() / 2, to_output({.mode = last_.mode}, last_));
+    client_.exchange(Time::max() / 2, {.mode = mode_});
   } catch (...) {  // the hand stands still by itself without commands
   }
 }

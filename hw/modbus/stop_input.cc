@@ -1,6 +1,6 @@
 #include "hw/modbus/stop_input.h"
 
-#include <cerrno>
+#include <array>
 
 #include "hw/modbus/connection.h"
 
@@ -34,10 +34,11 @@ StopInput::Answer StopInput::ask() {
     if (!opened) return {opened.error().reason, Clock::now()};
     connection_ = std::move(*opened);
   }
-  std::uint8_t closed = 0;
-  if (modbus_read_input_bits(connection_->context(), input_, 1, &closed) == 1)
-    return {closed != 0 ? "" : "is open", Clock::now()};
-  const std::string why = modbus_strerror(errno);
+  const auto high = static_cast<std::uint8_t>(input_ >> 8), low = static_cast<std::uint8_t>(input_);
+  const auto answer = connection_->ask(std::array<std::uint8_t, 5>{2, high, low, 0, 1});
+  if (answer && answer->size() == 3 && (*answer)[1] == 1)
+    return {((*answer)[2] & 1) != 0 ? "" : "is open", Clock::now()};
+  const std::string why = answer ? "the answer is no input" : answer.error().reason;
   connection_.reset();
   return {why, Clock::now()};
 }

@@ -149,20 +149,21 @@ std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bu
   return std::make_unique<RecordedCan>(std::move(wire), graph);
 }
 
-std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph) {
+std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph,
+                                   const std::string& role, const std::string& of) {
   can::check_address(address);
-  graph.outside().opens(kCan, address);
+  graph.outside().opens({std::string(kCan), address, role, of});
   const bool live = !graph.outside().replaying();
   return record_can(live ? can::open(address, graph.directory()) : nullptr, graph);
 }
 
-RecordedHand::RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
-                           runtime::Bus& graph)
+RecordedHand::RecordedHand(const std::string& address, modbus::HandProfile profile,
+                           const modbus::HandDriver::Options& options, runtime::Bus& graph)
     : graph_(graph) {
   const modbus::Address server = modbus::parse_address(address, graph.directory());
-  graph.outside().opens(kHand, address);
+  graph.outside().opens({.kind = std::string(kHand), .address = address});
   if (graph.outside().replaying()) return;
-  driver_ = std::make_unique<modbus::HandDriver>(server, options);
+  driver_ = std::make_unique<modbus::HandDriver>(server, std::move(profile), options);
 }
 
 const modbus::HandReading& RecordedHand::exchange(Time now, const modbus::HandSetpoint& setpoint) {
@@ -203,7 +204,7 @@ StopInputs::StopInputs(const std::string& address, int unit, int input, runtime:
   }
   if (address.empty()) return;
   const modbus::Address server = modbus::parse_address(address, graph.directory());
-  graph.outside().opens(kStop, address);
+  graph.outside().opens({.kind = std::string(kStop), .address = address});
   const bool threaded = !graph.lockstep();
   if (live) {
     circuit_ = std::make_unique<modbus::StopInput>(server, unit, input, threaded,

@@ -19,9 +19,11 @@ namespace mimesis::hw::outside {
 /// @param wire not used in a replay, may be null then
 std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bus& graph);
 
-/// The bus at `address` (hw/can/bus.h), recorded; in a replay nothing is opened.
+/// The bus at `address` (hw/can/bus.h), recorded; in a replay nothing is opened. `role` and `of`:
+/// see runtime::Opening.
 /// @throws ConfigError as can::open
-std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph);
+std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph,
+                                   const std::string& role = {}, const std::string& of = {});
 
 /// A hand for a node of the graph: data to the driver and from it pass `graph.outside()` under the
 /// name "hand". In a replay there is neither driver nor thread. Layout, little-endian; logs rely on
@@ -32,8 +34,8 @@ std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& gra
 class RecordedHand {
  public:
   /// @throws ConfigError as modbus::parse_address
-  RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
-               runtime::Bus& graph);
+  RecordedHand(const std::string& address, modbus::HandProfile profile,
+               const modbus::HandDriver::Options& options, runtime::Bus& graph);
 
   const modbus::HandReading& exchange(Time now, const modbus::HandSetpoint& setpoint);
   void stop() noexcept;

@@ -41,6 +41,11 @@ FIRST = [
             "has no field 'plced'", "placed"),
     Mistake("bus of drives", IMITATION, 'bus: "embedded:arm"', 'bus: «"embedded:amr"',
             "no other node is on 'embedded:amr'", "embedded:arm"),
+    Mistake("drives of another robot", IMITATION, 'bus: "embedded:arm", robot: lwr4.yaml', 'bus: «"embedded:arm", robot: lwa7.yaml',
+            "'embedded:arm' carries", at="anywhere"),
+    Mistake("two bridges on a bus", IMITATION, "  bridge:\n", "  bridge_2:\n    exec: mimesis_bridge\n"
+            '    params: {robot: lwr4.yaml, can: «"embedded:arm", enable: auto, hand: ""}\n    in: {command: planner/command}\n  bridge:\n',
+            "is master of 'embedded:arm', too", at="anywhere"),
     Mistake("port of a known node", IMITATION, "in: {image: camera/image,", "in: {«imge: camera/image,",
             "no input 'imge'", "image"),
     Mistake("absent robot file", IMITATION, "params: {robot: lwr4.yaml, carr", "params: {robot: «lwr5.yaml, carr",

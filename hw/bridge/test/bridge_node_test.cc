@@ -219,14 +219,16 @@ TEST_F(WithStopInput, EmergencyStopsByTopicSignalAndInput) {
 }
 
 TEST_F(Node, PublishesItsFramesOnRequest) {
-  run(20ms);
+  run(170ms);
   int syncs = 0, resets = 0;
   while (const auto frame = graph.take<v1::CanFrame>("can")) {
     EXPECT_EQ(frame->bus(), "arm");
     syncs += frame->id() == 0x080 && frame->data().empty() ? 1 : 0;
-    resets += frame->id() == 0 && frame->data() == std::string("\x82\0", 2) ? 1 : 0;
+    resets +=
+        frame->id() == 0 && frame->data() == std::string{'\x82', static_cast<char>(1 + resets)} ? 1
+                                                                                                : 0;
   }
-  EXPECT_EQ(resets, 1);
+  EXPECT_EQ(resets, 7) << "of its nodes, one by one";
   EXPECT_EQ(syncs, 5) << "of four steps, and of the first quick stop";
 }
 

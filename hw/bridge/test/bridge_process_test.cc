@@ -2,6 +2,8 @@
 // bus, MIMESIS_TEST_CLOCK=lockstep a clock that a busy machine cannot outrun: test/on_vcan runs the
 // same on the kernel's CAN in a guest where system calls are slow.
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -314,6 +316,86 @@ TEST_F(Robot, ReportsKilledDrivesAndTakesThemBack) {
   ASSERT_TRUE(peer.until([&] { return truth.get()->drives_size() == 7 && !enabled(); }));
   start.assign(arm.get()->position_rad().begin(), arm.get()->position_rad().end());
   follow();
+}
+
+/// Drives of another maker, as processes: followed, and stopped for a fault that stays.
+TEST_F(Robot, DrivesWithHabits) {
+  drives.reset();
+  start_node(drives, "sim_drives",
+             {"--set", "bus=" + can_address(), "--set",
+              "habits=[cob_bit30, mode_shown_late, modes_unknown, other_bits]"});
+  start_bridge();
+  follow();
+  double largest = 0.0;
+  ASSERT_TRUE(stream(swing, [&] {
+    largest = std::max(largest, truth.get()->position_rad(1) - start[1]);
+    return largest > 0.1;
+  })) << bridge->errors();
+  EXPECT_EQ(arm.get()->fault(), "");
+}
+
+TEST_F(Robot, AResetThatDoesNotHelpIsNotCalledOne) {
+  drives.reset();
+  start_node(drives, "sim_drives",
+             {"--set", "bus=" + can_address(), "--set", "habits=[boots_in_fault, keeps_fault]"});
+  start_node(bridge, "bridge", {"--set", "can=" + can_address(), "--set", "hand="});
+  ASSERT_TRUE(wait_state("fault")) << bridge->errors();
+  const auto reset = peer.bus().call("bridge/reset", "", 5s);
+  EXPECT_TRUE(reset.has_value()) << reset.error().reason;
+  ASSERT_TRUE(peer.until([&] {
+    return status.get()->reason().find("it stays so after a reset") != std::string::npos;
+  })) << status.get()->reason();
+  EXPECT_EQ(status.get()->state(), "fault");
+}
+
+/// A two-finger gripper where the bridge expects the three-finger one, then with its own profile.
+TEST(BridgeProcess, AsksTheHandWhoItIs) {
+  std::array<int, 2> life{}, ports{};
+  ASSERT_EQ(pipe(life.data()) + pipe(ports.data()), 0);
+  const pid_t server = fork();
+  if (server == 0) {
+    dup2(life[0], 0);
+    dup2(ports[1], 1);
+    for (const int fd : {life[0], life[1], ports[0], ports[1]}) close(fd);
+    execl("/usr/bin/python3", "python3", MIMESIS_SOURCE_DIR "/hw/modbus/test/hands.py",
+          "2f:plain:20", nullptr);
+    _exit(127);
+  }
+  close(life[0]);
+  close(ports[1]);
+  std::string port;
+  for (char c; read(ports[0], &c, 1) == 1 && c != '\n';) port += c;
+  ASSERT_FALSE(port.empty());
+  for (const std::string profile : {"robotiq_3f", "robotiq_2f"}) {
+    TestGraph graph;
+    TestNode peer(graph, {{"hand", "bridge/hand"}}, {{"hand_command", "test/hand_command"}});
+    runtime::Latest<v1::HandState> hand(peer.bus(), "hand");
+    runtime::Out<v1::HandCommand> command(peer.bus(), "hand_command");
+    peer.open();
+    Process bridge(
+        graph, "mimesis_bridge",
+        {"--set", "hand=tcp:127.0.0.1:" + port, "--set", "hand_profile=hands/" + profile + ".yaml",
+         "--in", "hand_command=test/hand_command"});
+    v1::HandCommand close_it;
+    close_it.set_closure(1.0);
+    close_it.set_force(0.5);
+    const bool ours = profile == "robotiq_2f";
+    bool misread = false;
+    EXPECT_TRUE(peer.until([&] {
+      command.send(close_it, peer.graph_time());
+      if (hand.get() == nullptr) return false;
+      misread = misread || (!ours && (hand.get()->active() || hand.get()->object_detected()));
+      return ours ? hand.get()->object_detected()
+                  : hand.get()->fault().find(": is no three-finger gripper") != std::string::npos;
+    })) << bridge.errors();
+    EXPECT_FALSE(misread);
+    EXPECT_NEAR(hand.get()->closure(), ours ? 0.47 : 0.0, 0.01);
+    EXPECT_EQ(bridge.terminate(), 0);
+    EXPECT_NE(bridge.errors().find(ours ? "info: hand: well" : "warning: hand: "),
+              std::string::npos);
+  }
+  close(life[1]);
+  waitpid(server, nullptr, 0);
 }
 
 TEST(BridgeProcess, SaysWhenNobodyIsOnTheBus) {

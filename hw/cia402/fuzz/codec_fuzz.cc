@@ -17,7 +17,7 @@
 #include "hw/can/bus.h"
 #include "hw/cia402/axis_master.h"
 #include "hw/cia402/canopen.h"
-#include "hw/modbus/registers.h"
+#include "hw/modbus/hand_profile.h"
 #include "hw/powercube/protocol.h"
 #include "hw/sim/cia402/drive.h"
 #include "hw/sim/powercube/module.h"
@@ -126,13 +126,19 @@ void drive(std::span<const std::uint8_t> bytes) {
 }
 
 void hand(std::span<const std::uint8_t> bytes) {
-  modbus::Registers registers{};
-  for (std::size_t i = 0; i + 1 < bytes.size() && i / 2 < registers.size(); i += 2)
-    registers[i / 2] = static_cast<std::uint16_t>(bytes[i] << 8 | bytes[i + 1]);
-  const modbus::HandInput input = modbus::decode_input(registers);
-  (void)modbus::fault_text(input.fault);
-  const modbus::HandOutput output = modbus::decode_output(registers);
-  demand(modbus::decode_output(modbus::encode(output)) == output);
+  static const modbus::HandProfile profile = modbus::load_hand_profile("hands/robotiq_3f.yaml");
+  modbus::HandRegisters registers;
+  for (std::size_t i = 0; i + 1 < bytes.size() && i < 16; i += 2)
+    registers[2000 + static_cast<int>(i / 2)] =
+        static_cast<std::uint16_t>(bytes[i] << 8 | bytes[i + 1]);
+  const modbus::HandReading reading =
+      modbus::to_reading(profile, registers, modbus::HandMode::basic);
+  demand(reading.closure >= 0.0 && reading.closure <= 1.0);
+  demand(!reading.active || reading.fault.empty());
+  (void)modbus::contradiction(profile, registers);
+  const auto written = modbus::to_registers(profile, {.move = true, .closure = 1.0}, registers);
+  demand(written.size() == 8 &&
+         (written.at(1000) >> 11 & 1) == (is_ready(profile, registers) ? 1 : 0));
 }
 
 void powercube_answers(std::span<const std::uint8_t> bytes) {

@@ -3,6 +3,7 @@
 
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
+#include "hw/cia402/setup.h"
 #include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw::cia402 {
@@ -74,8 +75,34 @@ TEST_F(Stubborn, ObjectsThatMayNot) {
   for (const auto& [object, words] : needed) {
     config.lacks = {object};
     EXPECT_EQ(run(config), Phase::fault);
-    EXPECT_EQ(reason(), std::string("A1 (node 3): SDO ") + words);
+    EXPECT_TRUE(reason().starts_with(std::string("A1 (node 3): SDO ") + words)) << reason();
+    EXPECT_NE(reason().find("; `accept: [" + lack_of({static_cast<std::uint16_t>(object >> 8), 0}) +
+                            "]` of its axis uses it without: "),
+              std::string::npos)
+        << reason();
   }
+}
+
+/// What the user accepts is said with what is lost by it; not all at once.
+TEST_F(Stubborn, ObjectsThatItsUserAccepts) {
+  config.lacks = {0x1017'00, 0x6007'00, 0x60C2'01, 0x60C2'02};
+  config.axis.accept = {"no_1017", "no_6007", "no_60C2"};
+  EXPECT_EQ(run(config), Phase::following) << reason();
+  EXPECT_NEAR(drive().position_rad(), 0.1, 1e-3);
+  ASSERT_EQ(driver->notes().size(), 4u);
+  EXPECT_EQ(driver->notes()[0],
+            "A1 (node 3): SDO 6007:00 (quick stop when the connection is lost): object does not "
+            "exist (0x06020000); what it does when the connection is lost is its maker's choice");
+  config.lacks = {0x1016'01, 0x1016'02, 0x1400'05};
+  config.axis.accept = {"no_1016"};
+  EXPECT_EQ(run(config), Phase::fault);
+  EXPECT_EQ(reason(),
+            "A1 (node 3): nothing stops it when the bridge is lost: it lacks 1016:01 and 1400:05");
+  config.lacks = {0x1016'01, 0x1016'02};
+  EXPECT_EQ(run(config), Phase::following) << reason();
+  driver.reset();  // its set-points end
+  for (const Time end = now + 150ms; now < end; now += 5ms) rack->step(now);
+  EXPECT_NE(drive().state(), DriveState::operation_enabled);
 }
 
 /// An object that cannot be written may already have the wanted value.
@@ -85,9 +112,11 @@ TEST_F(Stubborn, ReadOnlyObjectsAreRead) {
   EXPECT_TRUE(driver->notes().empty());
   config.fixed = {0x6007'00};
   EXPECT_EQ(run(config), Phase::fault);
-  EXPECT_EQ(reason(),
-            "A1 (node 3): SDO 6007:00 (quick stop when the connection is lost): object is "
-            "read-only (0x06010002): expected 0x0003, is 0x0001");
+  EXPECT_EQ(
+      reason(),
+      "A1 (node 3): SDO 6007:00 (quick stop when the connection is lost): object is "
+      "read-only (0x06010002): expected 0x0003, is 0x0001; `accept: [no_6007]` of its axis uses "
+      "it without: what it does when the connection is lost is its maker's choice");
 }
 
 /// A drive that would go on without its master is not enabled.
@@ -98,7 +127,8 @@ TEST_F(Stubborn, ItsWatchOverOurHeartbeatIsSetAndReadBack) {
   EXPECT_EQ(run(config), Phase::fault);
   EXPECT_EQ(reason(),
             "A1 (node 3): SDO 1016:01 (watch over our heartbeat): object is read-only "
-            "(0x06010002): expected 0x7F00FA, is 0x0000");
+            "(0x06010002): expected 0x7F00FA, is 0x0000; `accept: [no_1016]` of its axis uses it "
+            "without: it does not notice the end of our heartbeat, only that of the set-points");
 }
 
 /// Its maker's PDOs: mode and controlword and target together; position before status.

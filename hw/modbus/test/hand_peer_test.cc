@@ -29,10 +29,11 @@ std::string output_of(const std::string& command) {
   return out;
 }
 
-constexpr HandOutput kPinch{.activate = true, .mode = HandMode::pinch, .go = true, .position = 99};
+const HandProfile k3f = load_hand_profile("hands/robotiq_3f.yaml");
+constexpr HandSetpoint kPinch{.move = true, .mode = HandMode::pinch, .closure = 0.4, .force = 0.0};
 
 /// What a server says to kPinch once it listens; ended afterwards.
-tl::expected<HandInput, Status> answer_of(HandClient& client, pid_t server) {
+tl::expected<HandReading, Status> answer_of(HandClient& client, pid_t server) {
   const auto start = std::chrono::steady_clock::now();
   auto answer = client.exchange(0s, kPinch);
   while (!answer && std::chrono::steady_clock::now() - start < 20s) {
@@ -97,7 +98,8 @@ TEST_P(Mbpoll, ReadsAndWritesTheSimulatedHand) {
   const std::string port = std::to_string(21000 + getpid() % 10'000);
   sim::HandServer server(
       parse_address(line ? "rtu:" + line->names[0] : "tcp:127.0.0.1:" + port, ""));
-  server.exchange({.activated = true, .initialisation = Initialisation::done, .position = 0x80});
+  server.exchange(
+      {.activated = true, .initialisation = sim::Initialisation::done, .position = 0x80});
   const std::string mbpoll =
       "mbpoll -0 -1 -q -a 9 " + (line ? "-m rtu -b 115200 -P none" : "-p " + port);
   const std::string where = line ? line->names[1] : "127.0.0.1";
@@ -106,9 +108,9 @@ TEST_P(Mbpoll, ReadsAndWritesTheSimulatedHand) {
   EXPECT_NE(read.find("[2002]: \t0x8000"), std::string::npos) << read;
   const std::string written =
       output_of(mbpoll + " -t 4 -r 1000 " + where + " 2816 200 65344 0 0 0 0 0");
-  const HandOutput o = server.exchange({});
+  const sim::HandOutput o = server.exchange({});
   EXPECT_TRUE(o.activate) << written;
-  EXPECT_EQ(o.mode, HandMode::pinch);
+  EXPECT_EQ(o.mode, sim::HandMode::pinch);
   EXPECT_EQ(o.position, 200);
   EXPECT_EQ(o.force, 64);
 }
@@ -121,7 +123,8 @@ class Hand(ModbusSparseDataBlock):
     def setValues(self, address, values, use_as_default=False):
         super().setValues(address, values)
         if address == 1000:  # shows the request as reached
-            super().setValues(2000, [0xF900 | values[0] & 0x0600, values[1] & 0xFF, (values[1] & 0xFF) << 8])
+            p = values[1] & 0xFF
+            super().setValues(2000, [0xF9FF | values[0] & 0x0600, p, p << 8, p << 8 | p, p, p << 8])
 block = Hand({**{a: 0 for a in range(1000, 1008)}, **{a: 0 for a in range(2000, 2008)}})
 context = ModbusServerContext(slaves=ModbusSlaveContext(hr=block, zero_mode=True), single=True)
 StartTcpServer(context=context, address=("127.0.0.1", int(sys.argv[1])))
@@ -137,12 +140,12 @@ TEST(Peer, OurClientDrivesAPymodbusHand) {
     execl("/usr/bin/python3", "python3", "-c", kPymodbusHand, port.c_str(), nullptr);
     _exit(127);
   }
-  HandClient client(parse_address("tcp:127.0.0.1:" + port, ""), 500ms);
+  HandClient client(parse_address("tcp:127.0.0.1:" + port, ""), k3f, 500ms);
   const auto answer = answer_of(client, child);
   ASSERT_TRUE(answer.has_value()) << answer.error().reason;
-  EXPECT_TRUE(answer->activated);
+  EXPECT_TRUE(answer->active);
   EXPECT_EQ(answer->mode, HandMode::pinch);
-  EXPECT_EQ(answer->requested, 99);
+  EXPECT_EQ(answer->closure, 0.4);
 }
 
 // Two pseudo terminals joined by a thread are a serial line; the second one's name goes to standard
@@ -159,7 +162,7 @@ def copy(a, b):
 for a, b in ((0, 1), (1, 0)): threading.Thread(target=copy, args=(ends[a][0], ends[b][0]), daemon=True).start()
 print(os.ttyname(ends[1][1]), flush=True)
 block = ModbusSequentialDataBlock(1000, [0] * 1008)
-block.setValues(2000, [0xF900, 77, 77 << 8])
+block.setValues(2000, [0xF9FF, 102, 102 << 8, 102, 0, 102 << 8])
 context = ModbusServerContext(slaves={9: ModbusSlaveContext(hr=block, zero_mode=True)}, single=False)
 StartSerialServer(context=context, framer=ModbusRtuFramer, port=os.ttyname(ends[0][1]), baudrate=115200)
 )";
@@ -179,11 +182,11 @@ TEST(Peer, OurClientDrivesAPymodbusHandOnASerialLine) {
   close(names[1]);
   std::string device;
   for (char c; read(names[0], &c, 1) == 1 && c != '\n';) device += c;
-  HandClient client(parse_address("rtu:" + device, ""), 500ms);
+  HandClient client(parse_address("rtu:" + device, ""), k3f, 500ms);
   const auto answer = answer_of(client, child);
   close(names[0]);
   ASSERT_TRUE(answer.has_value()) << answer.error().reason;
-  EXPECT_EQ(answer->requested, 77);
+  EXPECT_EQ(answer->closure, 0.4);
   const auto gone = client.exchange(2h, kPinch);
   EXPECT_FALSE(gone.has_value()) << "the line is dead";
 }

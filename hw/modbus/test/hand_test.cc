@@ -16,6 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
+const HandProfile k3f = load_hand_profile("hands/robotiq_3f.yaml");
 constexpr auto kPatience = 2s;  // the machine may be busy; nothing here depends on it
 
 /// A graph's directory and a hand in it, stepped by the test at 100 Hz.
@@ -38,7 +39,7 @@ class Hand : public ::testing::Test {
 };
 
 TEST_F(Hand, ActivatesClosesAndMeetsTheObject) {
-  HandDriver driver(address, {.threaded = false, .timeout = kPatience});
+  HandDriver driver(address, k3f, {.threaded = false, .timeout = kPatience});
   run(driver, {}, 700ms);
   EXPECT_TRUE(reading.active) << reading.fault;
   EXPECT_EQ(reading.closure, 0.0);
@@ -60,7 +61,7 @@ TEST_F(Hand, ActivatesClosesAndMeetsTheObject) {
 }
 
 TEST_F(Hand, WithoutAnObjectItClosesWholly) {
-  HandDriver driver(address, {.threaded = false, .timeout = kPatience});
+  HandDriver driver(address, k3f, {.threaded = false, .timeout = kPatience});
   const HandSetpoint close{.move = true, .mode = HandMode::pinch, .closure = 1.0, .force = 1.0};
   run(driver, close, 2200ms);
   EXPECT_EQ(reading.mode, HandMode::pinch);
@@ -73,7 +74,7 @@ TEST(HandDriver, DoesNotWaitLongForASilentHandWhenItStops) {
   testing::Loopback graph;
   const Address address = parse_address("unix:silent", graph.directory());
   const int silent = listen(address);  // takes connections, never answers
-  HandDriver driver(address, {.threaded = false, .timeout = 1min});
+  HandDriver driver(address, k3f, {.threaded = false, .timeout = 1min});
   const auto begin = std::chrono::steady_clock::now();
   driver.stop();
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s);
@@ -81,7 +82,7 @@ TEST(HandDriver, DoesNotWaitLongForASilentHandWhenItStops) {
 }
 
 TEST_F(Hand, StopLeavesTheFingersWhereTheyAre) {
-  HandDriver driver(address, {.threaded = false, .timeout = kPatience});
+  HandDriver driver(address, k3f, {.threaded = false, .timeout = kPatience});
   run(driver, {.move = true, .closure = 1.0}, 1000ms);
   const double half = plant.closure();
   EXPECT_GT(half, 0.2);
@@ -104,7 +105,7 @@ TEST_F(Hand, FailsInTheMiddleOfAGrip) {
     server.reset();
     server = std::make_unique<sim::HandServer>(address);
     plant = sim::HandPlant{{}};
-    HandDriver driver(address, {.threaded = true, .timeout = 50ms});
+    HandDriver driver(address, k3f, {.threaded = true, .timeout = 50ms});
     const HandSetpoint close{.move = true, .closure = 1.0, .force = 0.5};
     const auto cycle = [&] {
       const auto before = Clock::now();
@@ -138,7 +139,7 @@ TEST_F(Hand, FailsInTheMiddleOfAGrip) {
 }
 
 TEST_F(Hand, ReconnectsWithGrowingPauses) {
-  HandClient client(address, 2000ms);
+  HandClient client(address, k3f, 2000ms);
   ASSERT_TRUE(client.exchange(1s, {}).has_value());
   server.reset();
   EXPECT_FALSE(client.exchange(1s + 10ms, {}).has_value());
@@ -157,12 +158,14 @@ TEST_F(Hand, ReconnectsWithGrowingPauses) {
 TEST_F(Hand, AMuteHandCostsOneTimeout) {
   const Address mute = parse_address("unix:mute", graph.directory());
   const int listener = listen(mute);
-  HandClient client(mute, 50ms);
+  HandClient client(mute, k3f, 50ms);
   const auto before = std::chrono::steady_clock::now();
   const auto answer = client.exchange(1s, {});
   EXPECT_GE(std::chrono::steady_clock::now() - before, 50ms);
   ASSERT_FALSE(answer.has_value());
-  EXPECT_EQ(answer.error().reason, "hand at unix:mute: write: Connection timed out");
+  EXPECT_EQ(answer.error().reason,
+            "hand at unix:mute: registers 2000 to 2007: no answer of unit 9 within 50 ms: is it a "
+            "three-finger gripper (Robotiq 3F)?");
   close(listener);
 }
 
@@ -171,7 +174,7 @@ TEST_F(Hand, ServerSurvivesNoise) {
   ASSERT_TRUE(fd.has_value());
   ASSERT_GT(send(*fd, "GET / HTTP/1.1\r\n\r\n", 18, MSG_NOSIGNAL), 0);
   close(*fd);
-  HandClient client(address, 2000ms);
+  HandClient client(address, k3f, 2000ms);
   EXPECT_TRUE(client.exchange(1s, {}).has_value());
 }
 
@@ -180,7 +183,7 @@ TEST_F(Hand, TwoServersAtOneAddressAreRefused) {
 }
 
 TEST_F(Hand, OnAThreadTheCallerNeverWaits) {
-  HandDriver driver(address, {.threaded = true, .timeout = kPatience});
+  HandDriver driver(address, k3f, {.threaded = true, .timeout = kPatience});
   const auto deadline = std::chrono::steady_clock::now() + 10s;
   while (!reading.active && std::chrono::steady_clock::now() < deadline) {
     reading = driver.exchange(now, {});
@@ -201,11 +204,11 @@ TEST(Tcp, SameOverTheLoopbackInterface) {
     }
   }
   ASSERT_NE(server, nullptr);
-  HandClient client(address, 2000ms);
-  const auto first = client.exchange(1s, {.activate = true, .position = 77});
+  HandClient client(address, k3f, 2000ms);
+  const auto first = client.exchange(1s, {.move = true, .closure = 0.2});
   ASSERT_TRUE(first.has_value()) << first.error().reason;
-  EXPECT_EQ(server->exchange({.activated = true, .position = 12}).position, 77);
-  EXPECT_EQ(client.exchange(1s, {.activate = true, .position = 77})->position, 12);
+  EXPECT_EQ(server->exchange({.activated = true, .position = 51}).position, 51);
+  EXPECT_EQ(client.exchange(1s, {.move = true, .closure = 0.2})->closure, 0.2);
 }
 
 TEST(Address, SaysWhatItExpects) {

@@ -89,7 +89,7 @@ TEST_P(Circuit, IsClosedOnlyWhileItIsKnownToBe) {
   server->closed = true;
   ASSERT_TRUE(becomes(""));
   server->silent = true;
-  ASSERT_TRUE(becomes("input 5 at unix:stop: Connection timed out"));
+  ASSERT_TRUE(becomes("input 5 at unix:stop: no answer of unit 1 within 100 ms"));
   server->silent = false;
   ASSERT_TRUE(becomes(""));
   server.reset();

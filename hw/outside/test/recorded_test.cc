@@ -167,7 +167,7 @@ TEST(RecordedHand, HasTheDocumentedBytes) {
                      "fault"s,
                      false}};
   tape.rewind();
-  RecordedHand hand("unix:hand", {}, graph);
+  RecordedHand hand("unix:hand", {}, {}, graph);
   const modbus::HandReading& reading = hand.exchange(
       1s, {.move = true, .mode = modbus::HandMode::pinch, .closure = 0.25, .force = 0.75});
   EXPECT_EQ(tape.problem(), "");
@@ -188,7 +188,7 @@ TEST(RecordedHand, GivesReadingsBackWithoutAThread) {
       .move = true, .mode = modbus::HandMode::pinch, .closure = 0.25, .force = 0.75};
   modbus::HandReading live;
   {
-    RecordedHand hand("unix:nobody", {.threaded = false}, graph);
+    RecordedHand hand("unix:nobody", {}, {.threaded = false}, graph);
     live = hand.exchange(1s, setpoint);
     hand.stop();
   }
@@ -199,7 +199,7 @@ TEST(RecordedHand, GivesReadingsBackWithoutAThread) {
   EXPECT_EQ(tape.entries()[2].bytes, std::string(18, '\0')) << "stands still";
 
   tape.rewind();
-  RecordedHand again("unix:nobody", {.threaded = true}, graph);
+  RecordedHand again("unix:nobody", {}, {.threaded = true}, graph);
   const modbus::HandReading& replayed = again.exchange(1s, setpoint);
   EXPECT_EQ(replayed.fault, live.fault);
   EXPECT_EQ(replayed.errors, 1u);
@@ -209,11 +209,11 @@ TEST(RecordedHand, GivesReadingsBackWithoutAThread) {
 
   tape.rewind();
   tape.entries()[1].bytes.resize(25);
-  RecordedHand damaged("unix:nobody", {.threaded = true}, graph);
+  RecordedHand damaged("unix:nobody", {}, {.threaded = true}, graph);
   EXPECT_THROW(damaged.exchange(1s, setpoint), std::runtime_error);
 
   tape.rewind();
-  RecordedHand other("unix:nobody", {.threaded = true}, graph);
+  RecordedHand other("unix:nobody", {}, {.threaded = true}, graph);
   other.exchange(1s, {.move = true, .closure = 0.5});
   EXPECT_EQ(tape.problem(), "entry 0: other bytes written to 'hand'");
 }

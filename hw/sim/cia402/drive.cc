@@ -67,7 +67,8 @@ bool silences(Trouble t) {
 Drive::Drive(const DriveConfig& config)
     : config_(config),
       joint_(AxisPlant(config.plant, config.home_rad)),
-      slave_(config.axis.node_id, "mimesis simulated drive", 0x00020192),  // servo, profile 402
+      slave_(config.axis.node_id, "mimesis simulated drive", 0x00020192,  // servo, profile 402
+             config.slave),
       zero_rad_(config.axis.offset_rad) {
   if (config_.in_a_world) joint_ = WorldJoint(config_.home_rad);
   add_objects();
@@ -82,6 +83,7 @@ Drive::Drive(const DriveConfig& config)
   for (const Address address : config_.fixed) change(address, [](Entry& e) { e.access = ro; });
   for (const auto& made : config_.made)
     change(made.first, [&](Entry& e) { e.value = made.second; });
+  if (config_.habits.boots_in_fault) state_ = fault;
   update_objects();
 }
 
@@ -231,6 +233,8 @@ bool Drive::in_position_mode() const {
 }
 
 double Drive::period_s() const {
+  constexpr double kOwn_s = 0.01;  // of a drive without 60C2h
+  if (slave_.objects.find(0x60C2'01) == nullptr) return kOwn_s;
   return static_cast<double>(value(0x60C2'01)) * std::pow(10.0, static_cast<int>(value(0x60C2'02)));
 }
 
@@ -270,6 +274,8 @@ void Drive::move_joint(double dt) {
 
 void Drive::follow_cyclic(double dt) {
   const cia402::Axis& a = config_.axis;
+  if (config_.habits.ignores_targets || config_.habits.stands)
+    return joint([](auto& j) { j.lock(); });
   switch (value(0x6061'00)) {
     case kCyclicVelocity: {
       const std::int64_t rate = value(0x60FF'00) + value(0x60B1'00);
@@ -364,7 +370,7 @@ void Drive::lose_connection() {
 
 void Drive::reset() {
   joint([](auto& j) { j.lock(); });
-  state_ = switch_on_disabled;
+  state_ = config_.habits.boots_in_fault ? fault : switch_on_disabled;
   controlword_ = 0;
   homing_ = Homing::off;
 }
@@ -392,9 +398,18 @@ void Drive::react(Event event, Frames& out) {
   }
 }
 
+/// A fault reset is an edge; some drives look for it slowly, and some have a cause that stays.
+bool Drive::resets(bool edge, std::uint16_t word) {
+  if (config_.habits.keeps_fault) return false;
+  if (!config_.habits.sticky_reset) return edge;
+  if ((word & 0x80) == 0) reset_since_.reset();
+  if (edge) reset_since_ = own_time_;
+  return reset_since_ && own_time_ - *reset_since_ >= milliseconds(50);
+}
+
 bool Drive::command(std::uint16_t word, bool reset_edge) {
   if (state_ == fault) {
-    if (!reset_edge) return false;
+    if (!resets(reset_edge, word)) return false;
     state_ = switch_on_disabled;
     return true;
   }
@@ -403,10 +418,26 @@ bool Drive::command(std::uint16_t word, bool reset_edge) {
     if (t.from == quick_stop_active && t.to == operation_enabled &&
         !stays_powered(value(0x605A'00)))
       continue;
+    if (t.to == switched_on && config_.habits.slow_switch_on) {
+      if (!switch_on_since_) switch_on_since_ = own_time_;
+      if (own_time_ - *switch_on_since_ < milliseconds(300)) return false;
+    }
+    switch_on_since_.reset();
     state_ = t.to;
     return true;
   }
   return false;
+}
+
+void Drive::show_mode() {
+  const std::int64_t wanted = value(0x6060'00);
+  const bool late = config_.habits.mode_shown_late && state_ != operation_enabled;
+  if (config_.habits.mode_lag && wanted != value(0x6061'00)) {
+    if (!mode_due_) mode_due_ = own_time_ + milliseconds(500);
+    if (own_time_ < *mode_due_) return;
+  }
+  mode_due_.reset();
+  slave_.objects.set(0x6061'00, late ? 0 : wanted);
 }
 
 void Drive::obey(Frames& out) {
@@ -422,7 +453,7 @@ void Drive::obey(Frames& out) {
     slave_.clear_error(out);
   }
   if (state_ != operation_enabled) return;
-  slave_.objects.set(0x6061'00, value(0x6060'00));
+  show_mode();
   if (before != operation_enabled || mode_before != value(0x6061'00)) begin_operation();
   if (before != operation_enabled) slave_.watch_set_points();
   take_targets(static_cast<std::uint16_t>(word & ~(before == operation_enabled ? last : 0)));
@@ -488,6 +519,8 @@ void Drive::take_targets(std::uint16_t rising) {
 
 std::uint16_t Drive::statusword() const {
   unsigned word = kStatuswords.at(static_cast<std::size_t>(state_)) | 0x0210u;
+  if (config_.habits.other_bits) word |= 0xC180u;
+  const bool denies = config_.habits.no_bit12 || config_.habits.ignores_targets;
   if (state_ != operation_enabled) return static_cast<std::uint16_t>(word);
   const bool lags = lag_s_ > 0.0;
   switch (value(0x6061'00)) {
@@ -511,7 +544,8 @@ std::uint16_t Drive::statusword() const {
     case kCyclicVelocity:
     case kCyclicTorque:
     case kCyclicPosition:
-      word |= 0x1000u | (lags ? 0x2000u : 0u);  // bit 12: the drive follows its set-point
+      word |= (denies ? 0u : 0x1000u) |
+              (lags ? 0x2000u : 0u);  // bit 12: the drive follows its set-point
       break;
     default:
       break;
@@ -532,7 +566,7 @@ void Drive::update_objects() {
         clipped(std::round(axis.sign * velocity_rad_s() * axis.increments_per_rad), kMostCounts));
   o.set(0x6077'00, clipped(1e3 * axis.sign * torque_n_m() / axis.rated_torque_n_m, 32767.0));
   o.set(0x6041'00, statusword());
-  if (state_ != operation_enabled) o.set(0x6061'00, value(0x6060'00));
+  if (state_ != operation_enabled) show_mode();
   o.set(0x60F4'00, enabled ? counts(reference_) - counts(position_rad()) : 0);
   o.set(0x60FD'00, (switch_pressed(-axis.sign) ? 1 : 0) | (switch_pressed(axis.sign) ? 2 : 0) |
                        (trouble_ == Trouble::emergency_stop ? 0 : 8));
@@ -541,6 +575,7 @@ void Drive::update_objects() {
 void Drive::move(Time now, Frames& out) {
   if (!started_) {
     now_ = now;
+    if (config_.habits.late_boot) inject(Trouble::power, milliseconds(3000));
     if (!trouble_ || !silences(*trouble_)) slave_.boot(out);
   }
   started_ = true;
@@ -569,6 +604,10 @@ void Drive::watch(Frames& out) {
     fail(0x4310, 0x08, out);
   }
   next_trouble_.reset();
+  if (config_.habits.emergencies && slave_.operational() && own_time_ >= emergency_due_) {
+    slave_.clear_error(out);
+    emergency_due_ = own_time_ + milliseconds(100);
+  }
   update_objects();
   if (trouble_ && silences(*trouble_)) out.resize(before);
 }
@@ -577,7 +616,7 @@ void Drive::handle(const Frame& frame, Frames& out) {
   if (trouble_ && silences(*trouble_)) return;
   react(slave_.handle(frame, out), out);
   if (frame.id != 0x600u + static_cast<unsigned>(config_.axis.node_id)) return;  // no SDO
-  if (state_ != operation_enabled) slave_.objects.set(0x6061'00, value(0x6060'00));
+  if (state_ != operation_enabled) show_mode();
   const std::int64_t kind = value(0x2F00'01);
   if (kind == 0) return;
   slave_.objects.set(0x2F00'01, 0);

@@ -14,6 +14,7 @@
 
 #include "hw/can/bus.h"
 #include "hw/cia402/axis.h"
+#include "hw/sim/cia402/habits.h"
 #include "hw/sim/cia402/plant.h"
 #include "hw/sim/cia402/slave.h"
 
@@ -71,6 +72,8 @@ struct DriveConfig {
   std::vector<Address> lacks{};        ///< objects that this maker has left out
   std::vector<Address> fixed{};        ///< objects that this maker lets nobody write
   std::map<Address, std::int64_t> made{};  ///< values that this maker has given
+  SlaveHabits slave{};
+  DriveHabits habits{};
   /// Where the limit switches are [rad]; infinite: none.
   double switch_low_rad = -std::numeric_limits<double>::infinity();
   double switch_high_rad = std::numeric_limits<double>::infinity();
@@ -132,6 +135,8 @@ class Drive {
   void end_trouble(Frames& out);
   void update_objects();
   std::uint16_t statusword() const;
+  void show_mode();
+  bool resets(bool edge, std::uint16_t word);
 
   std::int64_t value(Address address) const { return slave_.objects.value(address); }
   std::int64_t counts(double rad) const;
@@ -156,6 +161,9 @@ class Drive {
   std::optional<double> next_rad_;  // set-point that waits for the present one
   bool acknowledged_ = false;       // statusword bit 12 of profile position
   enum class Homing : std::uint8_t { off, seeking, leaving, attained, error } homing_{};
+  std::optional<Time> mode_due_;  // 6061h follows then
+  std::optional<Time> reset_since_, switch_on_since_;
+  Time emergency_due_{};
   double lag_s_ = 0.0;    // how long the following error is too large
   double moved_s_ = 0.0;  // in the last move
   Time now_{};            // of the last move

@@ -11,7 +11,8 @@ using std::chrono::milliseconds;
 using enum Type;
 using enum Access;
 
-constexpr std::int64_t kInvalid = 0x80000000;  // bit of a PDO's COB-ID: not in use
+constexpr std::int64_t kInvalid = 0x80000000;   // bit of a PDO's COB-ID: not in use
+constexpr std::int64_t kNoRemote = 0x40000000;  // no remote requests for a TPDO
 constexpr std::uint32_t kNoId = 0xFFFFFFFF;
 constexpr int kMostMapped = 8;
 constexpr milliseconds kSdoTimeout(1000);
@@ -40,7 +41,10 @@ Address address_in(const Frame& f) {
 
 }  // namespace
 
-Slave::Slave(int node, const std::string& name, std::uint32_t device_type) : node_(node) {
+Slave::Slave(int node, const std::string& name, std::uint32_t device_type,
+             const SlaveHabits& habits)
+    : node_(node), habits_(habits) {
+  const std::int64_t no_remote = habits.cob_bit30 ? kNoRemote : 0;
   constexpr std::int64_t kMost16 = 0xFFFF, kMost32 = 0xFFFFFFFF;
   objects.add({{.address = 0x1000'00, .value = device_type},
                {.address = 0x1001'00, .type = u8, .carried = Carried::tpdo},
@@ -72,7 +76,7 @@ Slave::Slave(int node, const std::string& name, std::uint32_t device_type) : nod
                  {.address = tpdo_object(n, 0), .type = u8, .value = 5},
                  {.address = tpdo_object(n, 1),
                   .access = rw,
-                  .value = off | (0x180 + base),
+                  .value = off | no_remote | (0x180 + base),
                   .high = kMost32},
                  {.address = tpdo_object(n, 2), .type = u8, .access = rw, .value = 1},
                  {.address = tpdo_object(n, 3), .type = u16, .access = rw},
@@ -112,7 +116,9 @@ void Slave::reset_communication() {
 
 void Slave::boot(Frames& out) {
   reset_communication();
-  state_ = kPreOperational;
+  state_ = habits_.starts_itself ? kOperational : kPreOperational;
+  later_.clear();
+  if (habits_.no_boot_message) return;
   out.push_back({.id = 0x700u + static_cast<std::uint32_t>(node_), .length = 1, .data = {0}});
 }
 
@@ -248,6 +254,10 @@ Event Slave::advance(Time now, Frames& out) {
   }
   if (transfer_ && now - transfer_->since > kSdoTimeout)
     abort(transfer_->address, abort_code::kTimeout, out);
+  while (!later_.empty() && now >= later_.front().first) {
+    out.push_back(later_.front().second);
+    later_.erase(later_.begin());
+  }
   for (int n = 0; operational() && n < kPdos; ++n) {  // TPDOs by event
     const auto k = static_cast<std::size_t>(n);
     if ((objects.value(tpdo_object(n, 1)) & kInvalid) != 0) continue;
@@ -331,10 +341,21 @@ void Slave::answer(std::uint8_t command, Address address, std::uint32_t value, F
 
 void Slave::abort(Address address, std::uint32_t code, Frames& out) {
   transfer_.reset();
+  if (habits_.odd_abort && (code == abort_code::kNoObject || code == abort_code::kNoSub))
+    code = 0x06010000;
   answer(0x80, address, code, out);
 }
 
 void Slave::on_sdo(const Frame& frame, Frames& out) {
+  const std::size_t before = out.size();
+  serve(frame, out);
+  if (habits_.sdo_delay.count() == 0) return;
+  for (std::size_t i = before; i < out.size(); ++i)
+    later_.emplace_back(now_ + habits_.sdo_delay, out[i]);
+  out.resize(before);
+}
+
+void Slave::serve(const Frame& frame, Frames& out) {
   if (frame.length != 8) return;
   const Address address = address_in(frame);
   const auto in_transfer = [&](bool up) { return transfer_ && transfer_->up == up; };
@@ -368,7 +389,8 @@ void Slave::begin_upload(Address address, Frames& out) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < size; ++i) value |= std::uint32_t{data[i]} << 8 * i;
   transfer_.reset();
-  answer(static_cast<std::uint8_t>(0x43 | (4 - size) << 2), address, value, out);
+  const unsigned sized = habits_.four_byte_sdo ? 0x43u : 0x43u | (4 - size) << 2;
+  answer(static_cast<std::uint8_t>(habits_.unsized_sdo ? 0x42u : sized), address, value, out);
 }
 
 void Slave::next_upload(const Frame& frame, Frames& out) {
@@ -443,6 +465,8 @@ std::uint32_t Slave::refuse(Address address, std::int64_t value) const {
   if (is_mapping(address)) return refuse_mapping(address, value);
   if (is_pdo(address) && (address & 0xFF) == 1) {
     const std::int64_t before = objects.value(address);
+    if (habits_.cob_bit30 && address >= 0x1800'00 && (value & kNoRemote) == 0)
+      return abort_code::kRange;
     const bool moved = ((value ^ before) & 0x7FF) != 0;
     const bool on = (value & kInvalid) == 0, was_on = (before & kInvalid) == 0;
     return (on && restricted(value & 0x7FF)) || (on && was_on && moved) ? abort_code::kRange : 0;

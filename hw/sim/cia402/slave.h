@@ -2,11 +2,13 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "hw/actuators.h"
 #include "hw/can/bus.h"
 #include "hw/sim/cia402/dictionary.h"
+#include "hw/sim/cia402/habits.h"
 
 namespace mimesis::hw::sim {
 
@@ -30,7 +32,8 @@ class Slave {
   static constexpr int kPdos = 4;
 
   /// Adds the objects 1000h to 1FFFh to those of the device. @param name object 1008h
-  Slave(int node, const std::string& name, std::uint32_t device_type);
+  Slave(int node, const std::string& name, std::uint32_t device_type,
+        const SlaveHabits& habits = {});
 
   Dictionary objects;
 
@@ -62,6 +65,7 @@ class Slave {
   Event on_nmt(const can::Frame& frame, Frames& out);
   Event leave(State state);
   void on_sdo(const can::Frame& frame, Frames& out);
+  void serve(const can::Frame& frame, Frames& out);
   void begin_upload(Address address, Frames& out);
   void begin_download(const can::Frame& frame, Address address, Frames& out);
   void next_upload(const can::Frame& frame, Frames& out);
@@ -78,6 +82,8 @@ class Slave {
   void end_error(std::uint8_t error_bits, Frames& out);
 
   int node_;
+  SlaveHabits habits_;
+  std::vector<std::pair<Time, can::Frame>> later_;  // answers of a slow SDO server
   State state_ = kPreOperational;
   Time now_{};
   std::optional<Transfer> transfer_;

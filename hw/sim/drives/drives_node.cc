@@ -25,14 +25,16 @@ Machine machine_of(const DrivesParams& p) {
 
 DriveConfig config_of(const DrivesParams& p, const Machine& machine, int joint) {
   const Joints& joints = machine.joints;
-  return {.axis = machine.axes[static_cast<std::size_t>(joint)],
-          .plant = {.bandwidth_rad_s = p.bandwidth_rad_s,
-                    .v_max_rad_s = p.v_margin * joints.limits.v_max[joint],
-                    .a_max_rad_s2 = p.a_margin * joints.limits.a_max[joint]},
-          .home_rad = joints.home[joint],
-          .extrapolated_cycles = joints.extrapolated_cycles,
-          .following_window_rad = p.following_window_rad,
-          .following_time_s = p.following_time_s};
+  DriveConfig config{.axis = machine.axes[static_cast<std::size_t>(joint)],
+                     .plant = {.bandwidth_rad_s = p.bandwidth_rad_s,
+                               .v_max_rad_s = p.v_margin * joints.limits.v_max[joint],
+                               .a_max_rad_s2 = p.a_margin * joints.limits.a_max[joint]},
+                     .home_rad = joints.home[joint],
+                     .extrapolated_cycles = joints.extrapolated_cycles,
+                     .following_window_rad = p.following_window_rad,
+                     .following_time_s = p.following_time_s};
+  take_habits(config, p.habits);
+  return config;
 }
 
 Trouble trouble_of(const std::string& kind) {
@@ -55,8 +57,10 @@ DrivesNode::DrivesNode(const Params& params, runtime::Bus& bus)
   int joint = 0;
   for (const BusShare& share : machine.buses) {
     std::vector<DriveConfig> drives;
+    const std::span axes(machine.axes.data() + joint, static_cast<std::size_t>(share.joints));
     for (int i = 0; i < share.joints; ++i) drives.push_back(config_of(params, machine, joint++));
-    racks_.push_back(std::make_unique<Rack>(drives, outside::open_can(share.can, bus)));
+    racks_.push_back(std::make_unique<Rack>(
+        drives, outside::open_can(share.can, bus, "drives", text_of(machine.robot, axes))));
   }
 }
 

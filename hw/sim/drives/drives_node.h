@@ -28,7 +28,9 @@ struct DrivesParams {
   int fault_axis = 0;                      ///< joint 1..n that fails, 0: none [1]
   double fault_at_s = 0.0;                 ///< time of the fault after the first step [s]
   std::string fault_kind = "overcurrent";  ///< kind of fault: overcurrent, mute (no answers) or jam
-  std::vector<cia402::Axis> axes{};        ///< empty: nodes 1..n with defaults
+  /// what all drives do as drives of other makers do: docs/hardware
+  std::vector<std::string> habits{};
+  std::vector<cia402::Axis> axes{};  ///< empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
@@ -39,6 +41,7 @@ struct DrivesParams {
     v("fault_axis", fault_axis, 0, 126);
     v("fault_at_s", fault_at_s, 0.0, 1e6);
     v("fault_kind", fault_kind, {"overcurrent", "mute", "jam"});
+    v("habits", habits);
     runtime::list(v, "axes", axes);
   }
   double robot_rate_hz() const;  ///< see run_node

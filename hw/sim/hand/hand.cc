@@ -19,19 +19,9 @@
 namespace mimesis::hw::sim {
 namespace {
 
-using modbus::Contact;
-using modbus::HandOutput;
-using modbus::Initialisation;
-using modbus::Motion;
-
 constexpr double kSlowest = 0.2;             // share of full speed at register 0
 constexpr std::uint8_t kNotActivated = 0x7;  // fault codes of the hand
 constexpr double kGripCurrent = 100.0;       // at full force, in tenths of mA
-
-using modbus::kInputAddress;
-using modbus::kOutputAddress;
-using modbus::kRegisters;
-using modbus::Registers;
 
 using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostClients = 8;
@@ -107,8 +97,7 @@ struct HandServer::Impl {
         wake(eventfd(0, EFD_CLOEXEC)) {
     MIMESIS_ASSERT(context && mapping && wake >= 0);
     const bool line = listener < 0;
-    if (line &&
-        (modbus_set_slave(context.get(), modbus::kUnit) != 0 || modbus_connect(context.get()) != 0))
+    if (line && (modbus_set_slave(context.get(), kUnit) != 0 || modbus_connect(context.get()) != 0))
       throw ConfigError("Modbus server at " + address.text + ": " + modbus_strerror(errno));
     thread = std::thread([this, line] { line ? serve_line() : serve(); });
   }
@@ -219,7 +208,7 @@ struct HandServer::Impl {
 HandServer::HandServer(const modbus::Address& address) : impl_(std::make_unique<Impl>(address)) {}
 HandServer::~HandServer() = default;
 
-modbus::HandOutput HandServer::exchange(const modbus::HandInput& input) {
+HandOutput HandServer::exchange(const HandInput& input) {
   const Registers shown = encode(input);
   Registers written{};
   const std::lock_guard lock(impl_->mutex);
@@ -227,7 +216,7 @@ modbus::HandOutput HandServer::exchange(const modbus::HandInput& input) {
   std::copy_n(holding, kRegisters, written.begin());
   std::ranges::copy(shown, holding + kIndex);
   std::ranges::copy(shown, impl_->mapping->tab_input_registers);
-  return modbus::decode_output(written);
+  return decode_output(written);
 }
 
 }  // namespace mimesis::hw::sim

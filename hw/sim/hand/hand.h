@@ -2,8 +2,8 @@
 #include <memory>
 #include <optional>
 
-#include "hw/modbus/registers.h"
 #include "hw/modbus/stream.h"
+#include "hw/sim/hand/registers.h"
 
 namespace mimesis::hw::sim {
 
@@ -23,17 +23,17 @@ class HandPlant {
 
   /// Advances by `dt` [s]. @param contact closure at which the fingers touch an object, if one is
   /// reachable
-  void step(double dt, const modbus::HandOutput& output, std::optional<double> contact);
+  void step(double dt, const HandOutput& output, std::optional<double> contact);
 
-  const modbus::HandInput& input() const { return input_; }
+  const HandInput& input() const { return input_; }
   double closure() const { return closure_; }  ///< 0 open .. 1 closed [1]: the truth
 
  private:
-  void initialise(double dt, const modbus::HandOutput& output);
-  void move(double dt, const modbus::HandOutput& output, std::optional<double> contact);
+  void initialise(double dt, const HandOutput& output);
+  void move(double dt, const HandOutput& output, std::optional<double> contact);
 
   HandParams params_;
-  modbus::HandInput input_;
+  HandInput input_;
   double closure_ = 0.0;
   double left_s_ = 0.0;  // time left of activation or change of mode
 };
@@ -50,7 +50,7 @@ class HandServer {
   HandServer& operator=(const HandServer&) = delete;
 
   /// Shows `input` from now on; returns what clients have written last.
-  modbus::HandOutput exchange(const modbus::HandInput& input);
+  HandOutput exchange(const HandInput& input);
 
  private:
   struct Impl;

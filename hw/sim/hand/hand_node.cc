@@ -10,17 +10,17 @@ HandNode::HandNode(const Params& params, runtime::Bus& bus)
       contact_(bus, "contact", {.author = runtime::Author::first}),
       hand_(bus, "hand") {
   const modbus::Address address = modbus::parse_address(params.address, bus.directory());
-  bus.outside().opens("hand", params.address);
+  bus.outside().opens({.kind = "hand", .address = params.address});
   if (bus.outside().replaying()) return;
   server_ = std::make_unique<HandServer>(address);
 }
 
 /// Shows `input` to clients and returns their last output. Both are recorded as registers.
-modbus::HandOutput HandNode::exchange(const modbus::HandInput& input) {
-  const modbus::Registers shown = modbus::encode(input);
+HandOutput HandNode::exchange(const HandInput& input) {
+  const Registers shown = encode(input);
   bus_.outside().written("hand", {reinterpret_cast<const char*>(shown.data()), sizeof shown});
-  return modbus::decode_output(runtime::read_outside_value<modbus::Registers>(
-      bus_, "hand", [&] { return modbus::encode(server_->exchange(input)); }));
+  return decode_output(runtime::read_outside_value<Registers>(
+      bus_, "hand", [&] { return encode(server_->exchange(input)); }));
 }
 
 void HandNode::step(runtime::Time now) {
@@ -31,16 +31,16 @@ void HandNode::step(runtime::Time now) {
   plant_.step(dt, exchange(plant_.input()),
               reachable ? std::optional(met->contact_closure()) : std::nullopt);
 
-  const modbus::HandInput& input = plant_.input();
+  const HandInput& input = plant_.input();
   v1::HandState state;
-  state.set_grip(input.mode == modbus::HandMode::pinch   ? v1::GRIP_PRECISION
-                 : input.mode == modbus::HandMode::basic ? v1::GRIP_FULL
-                                                         : v1::GRIP_UNSPECIFIED);
+  state.set_grip(input.mode == HandMode::pinch   ? v1::GRIP_PRECISION
+                 : input.mode == HandMode::basic ? v1::GRIP_FULL
+                                                 : v1::GRIP_UNSPECIFIED);
   state.set_closure(plant_.closure());
-  state.set_moving(input.go && input.motion == modbus::Motion::moving);
-  state.set_object_detected(input.contact == modbus::Contact::while_closing);
-  state.set_active(input.initialisation == modbus::Initialisation::done && input.fault == 0);
-  state.set_fault(modbus::fault_text(input.fault));
+  state.set_moving(input.go && input.motion == Motion::moving);
+  state.set_object_detected(input.contact == Contact::while_closing);
+  state.set_active(input.initialisation == Initialisation::done && input.fault == 0);
+  state.set_fault(fault_text(input.fault));
   hand_.send(state, now);
 }
 

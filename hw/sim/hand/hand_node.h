@@ -36,7 +36,7 @@ class HandNode {
   void step(runtime::Time now);
 
  private:
-  modbus::HandOutput exchange(const modbus::HandInput& input);
+  HandOutput exchange(const HandInput& input);
 
   runtime::Bus& bus_;
   HandPlant plant_;

@@ -52,8 +52,11 @@ OneJoint one_joint(const HwOptions& options) {
        poll(nullptr, 0, 1)) {
     const std::size_t count = one.bus->receive(frames);
     for (const can::Frame& f : std::span(frames).first(count)) {
-      if (f.id == 0x080)
-        throw VerbFailure{machine.buses[b].can + ": another master sends SYNC; stop it first", 1};
+      const bool sync = f.id == 0x080, lives = f.id == 0x700 + hw::cia402::kMasterNode;
+      if (sync || lives)
+        throw VerbFailure{fmt::format("{}: another master sends {}; stop it first",
+                                      machine.buses[b].can, sync ? "SYNC" : "its heartbeat"),
+                          1};
     }
   }
   return one;

@@ -97,7 +97,8 @@ int hw_check(const HwOptions& options) {
   double largest_hz = 1000.0;
   bool fits = true;
   for (std::size_t b = 0; b < machine.buses.size(); ++b) {
-    const auto& [can, count] = machine.buses[b];
+    const std::string& can = machine.buses[b].can;
+    const int count = machine.buses[b].joints;
     const auto axes = rest.first(static_cast<std::size_t>(count));
     rest = rest.subspan(axes.size());
     const int bitrate = machine.bitrates[b];

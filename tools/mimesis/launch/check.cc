@@ -126,7 +126,7 @@ struct Port {
 /// A bus or device that a node opens.
 struct Opened {
   const NodeSpec* node = nullptr;
-  std::string kind, address, line_start;  ///< "FILE:LINE:COL: NODE.PARAMETER: "
+  std::string kind, address, role, of, line_start;  ///< "FILE:LINE:COL: NODE.PARAMETER: "
   runtime::Place near;
 };
 
@@ -172,7 +172,8 @@ Description read_description(const Json& json, const NodeSpec& node, const std::
   }
   for (const Json& opened : json.at("opens")) {
     const std::string place = opened.at("place"), parameter = opened.at("parameter");
-    d.opened.push_back({&node, opened.at("kind"), opened.at("address"),
+    d.opened.push_back({&node, opened.at("kind"), opened.at("address"), opened.value("role", ""),
+                        opened.value("of", ""),
                         fmt::format("{}: {}.{}: ", place, node.name.text, parameter),
                         place_in(place, file)});
   }
@@ -488,11 +489,33 @@ class Wiring {
   std::vector<Topic> topics_;
 };
 
+/// What two nodes that open the same bus of a host say of it: one alone is its master, and both
+/// know the same drives.
+void check_shared_bus(const Opened& one, const Opened& other, Mistakes& mistakes) {
+  if (one.role == "master" && other.role == "master") {
+    mistakes.add_line(one.near, fmt::format("{}node '{}' is master of '{}', too: a bus has one",
+                                            one.line_start, other.node->name.text, one.address));
+  } else if (!one.of.empty() && !other.of.empty() && one.of != other.of) {
+    mistakes.add_line(one.near,
+                      fmt::format("{}'{}' carries {}, and node '{}' has there {}", one.line_start,
+                                  one.address, one.of, other.node->name.text, other.of));
+  }
+}
+
 /// A simulated bus joins nodes of the graph: one that has a single end is misspelt.
-void check_buses(const Descriptions& described, Mistakes& mistakes) {
+void check_buses(const GraphFile& graph, const Descriptions& described, Mistakes& mistakes) {
   std::vector<const Opened*> all;
   for (const auto& [node, description] : described) {
     for (const Opened& opened : description.opened) all.push_back(&opened);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Opened &one = *all[i], &other = *all[j];
+      const bool same = one.node != other.node && one.kind == other.kind &&
+                        one.address == other.address &&
+                        graph.far(*one.node) == graph.far(*other.node);
+      if (same) check_shared_bus(one, other, mistakes);
+    }
   }
   for (const Opened* one : all) {
     if (!one->address.starts_with("embedded:") && !one->address.starts_with("unix:")) continue;
@@ -595,7 +618,7 @@ void check_graph(const GraphFile& file, const Run& run, bool whole, Mistakes& mi
   const GraphFile graph = with_clock(file);
   const Questions questions(graph, run, whole, mistakes);
   Wiring(graph, questions.answers(), mistakes).check();
-  if (whole) check_buses(questions.answers(), mistakes);
+  if (whole) check_buses(graph, questions.answers(), mistakes);
 }
 
 }  // namespace mimesis::launch

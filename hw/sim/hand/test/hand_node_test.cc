@@ -33,9 +33,10 @@ TEST(HandNode, ReplayedGivesTheSameBytesWithoutAServer) {
   Outputs live;
   {
     testing::Loopback graph({.lockstep = false, .outside = &tape});
-    modbus::HandClient client(modbus::parse_address("unix:hand", graph.directory()), 5000ms);
+    modbus::HandClient client(modbus::parse_address("unix:hand", graph.directory()),
+                              modbus::load_hand_profile("hands/robotiq_3f.yaml"), 5000ms);
     live = run(graph, [&](runtime::Time now) {
-      client.exchange(now, {.activate = true, .go = now > 5700ms, .position = 255, .speed = 255});
+      client.exchange(now, {.move = now > 5700ms, .closure = 1.0});
     });
   }
   v1::HandState last;

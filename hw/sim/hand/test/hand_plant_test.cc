@@ -17,12 +17,10 @@
 namespace mimesis::hw::sim {
 namespace {
 
-using modbus::Contact;
-using modbus::HandOutput;
-using modbus::Initialisation;
-using modbus::Motion;
 using namespace std::chrono_literals;
 
+const modbus::HandProfile k3f = modbus::load_hand_profile("hands/robotiq_3f.yaml");
+constexpr modbus::HandSetpoint kSetpoint{.move = true, .closure = 1.0, .force = 1.0};
 constexpr HandOutput kClose{
     .activate = true, .go = true, .position = 255, .speed = 255, .force = 255};
 
@@ -74,12 +72,12 @@ TEST(HandPlant, ModeChangeTakesItsTimeAndNoFingerMoves) {
   HandPlant plant({.activation_time_s = 0.0, .mode_time_s = 0.3});
   run(plant, 0.02, {.activate = true});
   HandOutput pinch = kClose;
-  pinch.mode = modbus::HandMode::pinch;
+  pinch.mode = HandMode::pinch;
   run(plant, 0.3, pinch);
   EXPECT_EQ(plant.input().initialisation, Initialisation::changing_mode);
   EXPECT_EQ(plant.closure(), 0.0);
   run(plant, 0.1, pinch);
-  EXPECT_EQ(plant.input().mode, modbus::HandMode::pinch);
+  EXPECT_EQ(plant.input().mode, HandMode::pinch);
   EXPECT_GT(plant.closure(), 0.0);
 }
 
@@ -101,9 +99,9 @@ TEST(HandNode, WaitsForNobodysRequest) {
   for (int i = 0; i < 3; ++i) connect_other("\0\1\0"sv);  // half a header
   connect_other("\0\1\0\0\0\x6\x9"sv);                    // no function
   connect_other("\0\1\0\0\xff\xff\x9\x3"sv);              // too long
-  modbus::HandClient client(address, 300ms);
+  modbus::HandClient client(address, k3f, 300ms);
   for (runtime::Time now = 1s; now < 1100ms; now += 10ms) {
-    const auto answer = client.exchange(now, kClose);
+    const auto answer = client.exchange(now, kSetpoint);
     EXPECT_TRUE(answer.has_value()) << answer.error().reason;
   }
   // A request in pieces is answered.
@@ -120,14 +118,14 @@ TEST(HandNode, WaitsForNobodysRequest) {
 TEST(HandNode, ObeysRegistersAndMeetsTheObjectOfTheWorld) {
   testing::Loopback graph;
   HandNode node({}, graph);
-  modbus::HandClient client(modbus::parse_address("unix:hand", graph.directory()), 5000ms);
+  modbus::HandClient client(modbus::parse_address("unix:hand", graph.directory()), k3f, 5000ms);
   v1::HandContact contact;
   contact.set_reachable(true);
   contact.set_contact_closure(0.3);
   graph.send("contact", contact, 1s);
   v1::HandState hand;
   for (runtime::Time now = 1s; now < 3s; now += 10ms) {
-    ASSERT_TRUE(client.exchange(now, kClose).has_value());
+    ASSERT_TRUE(client.exchange(now, kSetpoint).has_value());
     node.step(now + 2500us);
     hand = *graph.take<v1::HandState>("hand");
   }

@@ -1,9 +1,9 @@
-#include "hw/modbus/registers.h"
+#include "hw/sim/hand/registers.h"
 
 #include <algorithm>
 #include <utility>
 
-namespace mimesis::hw::modbus {
+namespace mimesis::hw::sim {
 namespace {
 
 constexpr std::size_t kFingers = 4;  // A, B, C and the scissor axis
@@ -67,27 +67,6 @@ Registers encode(const HandInput& i) {
   return pack(b);
 }
 
-HandInput decode_input(const Registers& registers) {
-  const Bytes b = unpack(registers);
-  HandInput i{.activated = bit(b[0], 0),
-              .mode = static_cast<HandMode>(two_bits(b[0], 1)),
-              .go = bit(b[0], 3),
-              .initialisation = static_cast<Initialisation>(two_bits(b[0], 4)),
-              .motion = static_cast<Motion>(two_bits(b[0], 6)),
-              .fault = byte(b[2] & 0x0Fu),
-              .requested = b[3],
-              .position = byte((b[4] + b[7] + b[10] + 1u) / 3u),
-              .current = std::max({b[5], b[8], b[11]})};
-  const auto any = [&](Contact c) {
-    return std::ranges::any_of(
-        std::array{0, 2, 4}, [&](int n) { return two_bits(b[1], n) == static_cast<unsigned>(c); });
-  };
-  for (const Contact c : {Contact::while_closing, Contact::while_opening, Contact::at_request}) {
-    if (i.contact == Contact::none && any(c)) i.contact = c;
-  }
-  return i;
-}
-
 std::string fault_text(std::uint8_t fault) {
   constexpr std::array<std::pair<std::uint8_t, const char*>, 10> kTexts = {
       {{0x0, ""},
@@ -106,4 +85,4 @@ std::string fault_text(std::uint8_t fault) {
   return "fault " + std::to_string(fault);
 }
 
-}  // namespace mimesis::hw::modbus
+}  // namespace mimesis::hw::sim

@@ -3,9 +3,10 @@
 #include <cstdint>
 #include <string>
 
-/// Register map of a three-finger adaptive gripper like that of the Robotiq 3F: registers written
-/// to and read from the hand. Pure. Byte 2k of the manual is the high byte of register k.
-namespace mimesis::hw::modbus {
+/// Register map of a three-finger adaptive gripper like that of the Robotiq 3F, from its manual and
+/// not from the profile that the bridge reads it by. Pure. Byte 2k of the manual is the high byte
+/// of register k.
+namespace mimesis::hw::sim {
 
 inline constexpr int kUnit = 9;                ///< Modbus unit id of the hand
 inline constexpr int kOutputAddress = 0x03E8;  ///< first register written (function code 16)
@@ -55,13 +56,7 @@ struct HandInput {
 Registers encode(const HandOutput& output);
 HandOutput decode_output(const Registers& registers);
 Registers encode(const HandInput& input);
-/// `contact` is that of the finger (A, B or C) that stopped first, `position` the mean of the
-/// three.
-HandInput decode_input(const Registers& registers);
 
 /// Empty for 0, else words and number.
 std::string fault_text(std::uint8_t fault);
-/// Faults from which only a new activation leads out.
-inline bool needs_reactivation(std::uint8_t fault) { return fault >= 0x0A; }
-
-}  // namespace mimesis::hw::modbus
+}  // namespace mimesis::hw::sim
