@@ -215,6 +215,14 @@ void draw_hand(foxglove::SceneEntity& entity, double closure) {
   }
 }
 
+void draw_part(foxglove::SceneEntity& entity, const kin::SafetyPart& part, const Rgba& color) {
+  if (part.shape.points.rows() == 1) {
+    add_ball(entity, part.shape.points.row(0), part.shape.radius, color);
+  } else {
+    add_hull(entity, part.shape, color);
+  }
+}
+
 }  // namespace
 
 foxglove::SceneUpdate to_entities(const kin::Table& table, const kin::ArmModel& arm,
@@ -224,8 +232,8 @@ foxglove::SceneUpdate to_entities(const kin::Table& table, const kin::ArmModel& 
   for (std::size_t frame = 0; frame < arm.links.size() + 1; ++frame) {
     const std::string name = frame_name("arm", frame);
     foxglove::SceneEntity& link = add_entity(update, name, name, stamp);
-    for (const kin::SafetyBall& ball : arm.balls) {
-      if (ball.frame == static_cast<int>(frame)) add_ball(link, ball.center, ball.radius, kArm);
+    for (const kin::SafetyPart& part : kin::deciding_parts(arm)) {
+      if (part.frame == static_cast<int>(frame)) draw_part(link, part, kArm);
     }
   }
   draw_object(add_entity(update, "object", "object", stamp), table, Eigen::Vector3d::Zero());
@@ -253,6 +261,16 @@ foxglove::FrameTransforms to_transforms(const kin::ArmModel& arm,
 foxglove::SceneUpdate to_robot(const kin::ArmModel& arm, double closure,
                                std::chrono::nanoseconds stamp) {
   foxglove::SceneUpdate update;
+  if (!arm.parts.empty()) {
+    const std::vector<kin::SafetyPart> parts = kin::deciding_parts(arm);
+    for (std::size_t frame = 0; frame < arm.links.size() + 1; ++frame) {
+      const std::string name = frame_name("robot", frame);
+      foxglove::SceneEntity& entity = add_entity(update, name, name, stamp);
+      for (const kin::SafetyPart& part : parts)
+        if (part.frame == static_cast<int>(frame)) draw_part(entity, part, kLink);
+    }
+    return update;
+  }
   double radius = 0.05;  // radius of a frame; without balls: that of the frame before
   for (std::size_t frame = 1; frame < arm.links.size() + 1; ++frame) {
     const std::string name = frame_name("robot", frame);

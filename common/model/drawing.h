@@ -56,7 +56,7 @@ void add_frame(foxglove::FrameTransforms& transforms, const std::string& parent,
                const std::string& child, const Eigen::Isometry3d& pose,
                std::chrono::nanoseconds stamp);
 
-/// Scene for viewers of logs: the table in frame "world", the arm's safety balls in "arm/0" ..
+/// Scene for viewers of logs: the table in frame "world", the arm's parts and balls in "arm/0" ..
 /// "arm/n", the object in "object". Entities are locked to their frames, so they are sent once and
 /// moved by transforms.
 foxglove::SceneUpdate to_entities(const kin::Table& table, const kin::ArmModel& arm,
@@ -70,8 +70,10 @@ foxglove::FrameTransforms to_transforms(const kin::ArmModel& arm,
                                         const std::vector<kin::GoalPlace>& goals,
                                         std::chrono::nanoseconds stamp);
 
-/// The arm as it looks: link i as a rod from joint to joint in frame "robot/i", the hand in frame
-/// "robot/tool". Thinner than its safety balls. `closure`: of the hand, 0 open .. 1 closed [1].
+/// The arm as it looks: the convex parts of its links, with the hand as it is fitted, in frames
+/// "robot/0" .. "robot/n". Of an arm without: link i as a rod from joint to joint in frame
+/// "robot/i", the hand in frame "robot/tool". Thinner than its safety balls. `closure`: of the
+/// hand, 0 open .. 1 closed [1].
 foxglove::SceneUpdate to_robot(const kin::ArmModel& arm, double closure,
                                std::chrono::nanoseconds stamp);
 

@@ -52,6 +52,7 @@ PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, d
   for (const kin::Ball& ball : obstacles.held)
     add(ball_part(arm.dof(), hand, arm.X_LE * ball.center, ball.radius), "the held object",
         {arm.dof(), hand, true});
+  const std::size_t moving_parts = parts_.size(), moving_bodies = bodies_.size();
   add_obstacles(obstacles);
   for (Body& body : bodies_) {
     for (const std::size_t part : body.parts) {
@@ -92,13 +93,11 @@ PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, d
     const auto body = std::ranges::find_if(bodies_, all_of);
     if (body != bodies_.end()) body->hull = &link.hull;
   }
-  for (Pair& pair : pairs_)
-    pair.parts_apart.assign(bodies_[pair.inner].parts.size() * bodies_[pair.outer].parts.size(),
-                            Eigen::Vector3d::Zero());
-  centers_.resize(bodies_.size());
-  most_motion_.resize(bodies_.size());
-  motion_.resize(parts_.size());
-  body_motion_.resize(bodies_.size());
+  for (const Body& body : bodies_) centers_.push_back(body.around.center);
+  most_motion_.resize(moving_bodies);
+  motion_.resize(moving_parts);
+  body_motion_.resize(moving_bodies);
+  around_motion_.resize(moving_bodies);
   origins_.resize(arm.links.size());
   directions_.resize(arm.links.size());
 }
@@ -152,32 +151,32 @@ void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
     origins_[j] = axis.translation();
     directions_[j] = axis.linear().col(2);
   }
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  for (std::size_t i = 0; i < most_motion_.size(); ++i) {
     const Body& body = bodies_[i];
-    centers_[i] = body.obstacle
-                      ? body.around.center
-                      : frames_[static_cast<std::size_t>(body.frame)] * body.around.center;
+    centers_[i] = frames_[static_cast<std::size_t>(body.frame)] * body.around.center;
     most_motion_[i] = 0.0;
     for (std::size_t j = 0; j < body.lever_m.size(); ++j)
       most_motion_[i] += body.lever_m[j] * deviation_[static_cast<Eigen::Index>(j)];
   }
-  for (auto* all : {&motion_, &body_motion_})
+  for (auto* all : {&motion_, &body_motion_, &around_motion_})
     for (std::vector<double>& known : *all) known.clear();
 }
 
 /// D of BatchChecker::judge_motions, of balls in one frame.
-double PartChecker::motion(const std::vector<math::RoundBound>& cover, std::vector<double>& known,
+double PartChecker::motion(std::span<const math::RoundBound> cover, std::vector<double>& known,
                            std::size_t frame, std::size_t relative_to) const {
   if (!known.empty()) return known[relative_to];
-  known.assign(frame + 1, 0.0);
+  known.assign(frame + 1, 0.0);  // first how far they reach from the axes
+  for (const math::RoundBound& ball : cover) {
+    const Eigen::Vector3d center = frames_[frame] * ball.center;
+    for (std::size_t j = 0; j < frame; ++j) {
+      const Eigen::Vector3d from_axis = center - origins_[j];
+      known[j] = std::max(known[j], from_axis.cross(directions_[j]).norm() + ball.radius);
+    }
+  }
   double moved = 0.0;
   for (std::size_t j = frame; j-- > 0;) {
-    double reach = 0.0;
-    for (const math::RoundBound& ball : cover) {
-      const Eigen::Vector3d from_axis = frames_[frame] * ball.center - origins_[j];
-      reach = std::max(reach, from_axis.cross(directions_[j]).norm() + ball.radius);
-    }
-    if (arm_.links[j].slides) reach = 1.0 - moved;
+    const double reach = arm_.links[j].slides ? 1.0 - moved : known[j];
     known[j] = moved += (reach + moved) * deviation_[static_cast<Eigen::Index>(j)];
   }
   return known[relative_to];
@@ -261,6 +260,7 @@ bool PartChecker::touches(Pair& pair, Verdict& verdict) {
   if (apart >= most_motion_[o]) return false;
   const auto frame = static_cast<std::size_t>(outer.frame),
              below = static_cast<std::size_t>(inner.frame);
+  if (apart >= motion({&outer.around, 1}, around_motion_[o], frame, below)) return false;
   const double all_moved = motion(outer.cover, body_motion_[o], frame, below);
   if (apart >= all_moved) return false;
   const Eigen::Isometry3d X_IO = between(inner, outer);
@@ -276,6 +276,8 @@ bool PartChecker::touches(Pair& pair, Verdict& verdict) {
         math::gap_between(*a, *b, X_IO, -kNoLimit, far, pair.apart).at_least >= far)
       return false;
   }
+  if (pair.parts_apart.empty())
+    pair.parts_apart.assign(inner.parts.size() * outer.parts.size(), Eigen::Vector3d::Zero());
   std::size_t index = 0;
   for (const std::size_t b : outer.parts) {
     const math::RoundBound& round_b = parts_[b].around;

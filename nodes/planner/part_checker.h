@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,14 +52,14 @@ class PartChecker {
   struct Pair {
     std::size_t inner, outer;                         // bodies; an obstacle is the inner one
     Eigen::Vector3d apart = Eigen::Vector3d::Zero();  // direction in which hulls were
-    std::vector<Eigen::Vector3d> parts_apart{};
+    std::vector<Eigen::Vector3d> parts_apart{};  // those of its parts; empty: not looked at yet
     Eigen::VectorXd lo{}, hi{};  // of the joints between the links: the box that was looked at last
     bool settled = false;        // free in all of it
   };
   void add_obstacles(const Obstacles& obstacles);
   void add(kin::SafetyPart shape, std::string name, Body body);
   void place(const Eigen::Ref<const Eigen::VectorXd>& q);
-  double motion(const std::vector<math::RoundBound>& cover, std::vector<double>& known,
+  double motion(std::span<const math::RoundBound> cover, std::vector<double>& known,
                 std::size_t frame, std::size_t relative_to) const;
   bool touches(Pair& pair, Verdict& verdict);
   bool free_in_box(Pair& pair, const Eigen::VectorXd& q);
@@ -74,10 +75,10 @@ class PartChecker {
   std::vector<Eigen::Isometry3d> frames_;
   std::vector<Eigen::Vector3d> origins_, directions_;  // of the joints' axes
   Eigen::VectorXd deviation_;
-  std::vector<Eigen::Vector3d> centers_;  // of bodies
-  std::vector<double> most_motion_;       // of bodies
-  // [part or body][relative to frame]; empty: not known yet
-  std::vector<std::vector<double>> motion_, body_motion_;
+  std::vector<Eigen::Vector3d> centers_;  // of bodies, obstacles last
+  std::vector<double> most_motion_;       // of bodies that move
+  // [part or body that moves][relative to frame]; empty: not known yet
+  std::vector<std::vector<double>> motion_, body_motion_, around_motion_;
 };
 
 }  // namespace mimesis::planner

@@ -486,7 +486,9 @@ void PlannerNode::publish_drawings(runtime::Time now) {
     auto frames = model::to_robot_frames(arm_, X_, now);
     robot_frames_.send(frames, now);
     const double closure = hand_reading_ ? hand_reading_->closure : drawn_closure_.value_or(0.0);
-    if (!drawn_closure_ || std::abs(closure - *drawn_closure_) >= kVisible) {
+    const bool hand_moves =
+        arm_.parts.empty() && drawn_closure_ && std::abs(closure - *drawn_closure_) >= kVisible;
+    if (!drawn_closure_ || hand_moves) {
       drawn_closure_ = closure;
       auto robot = model::to_robot(arm_, closure, now);
       robot_.send(robot, now);

@@ -99,6 +99,37 @@ TEST(Viewer, LinksOfTheRobotReachFromJointToJoint) {
   }
 }
 
+/// An octahedron on link 3: its 8 faces, seen from outside, closed: Σ p₁ · (p₂ × p₃) / 6 is its
+/// volume.
+TEST(Viewer, AnArmOfPartsIsDrawnAsThese) {
+  kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
+  constexpr double kSize_m = 0.1;
+  kin::SafetyPart part;
+  part.frame = 3;
+  part.shape.points.resize(6, 3);
+  for (int i = 0; i < 6; ++i)
+    part.shape.points.row(i) = (i % 2 ? kSize_m : -kSize_m) * Eigen::RowVector3d::Unit(i / 2);
+  arm.parts = {part};
+  for (kin::SafetyBall& ball : arm.balls) ball.of_part = ball.frame != 5;
+  const auto update = to_robot(arm, 0.0, {});
+  ASSERT_EQ(update.entities_size(), 8);
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_EQ(update.entities(i).id(), "robot/" + std::to_string(i));
+    EXPECT_EQ(update.entities(i).triangles_size(), i == 3);
+    EXPECT_EQ(update.entities(i).spheres_size() > 0, i == 5) << "balls that are of no part";
+  }
+  const auto& points = update.entities(3).triangles(0).points();
+  ASSERT_EQ(points.size(), 3 * 8);
+  double volume = 0.0;
+  for (int i = 0; i < points.size(); i += 3) {
+    const auto p = [&](int k) {
+      return Eigen::Vector3d(points[i + k].x(), points[i + k].y(), points[i + k].z());
+    };
+    volume += p(0).dot(p(1).cross(p(2))) / 6.0;
+  }
+  EXPECT_NEAR(volume, 4.0 / 3.0 * std::pow(kSize_m, 3), 1e-15);
+}
+
 TEST(Viewer, FingersTouchWhenTheHandIsClosed) {
   const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
   const auto gap_at = [&](double closure) {
