@@ -9,6 +9,8 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
+#include <vector>
 
 namespace mimesis::plot {
 namespace {
@@ -37,12 +39,18 @@ struct ScriptFile {
   }
 };
 
-/// Exit status of `gnuplot FILE`.
+/// Exit status of `gnuplot FILE`. Where the locale's characters are not UTF-8 it warns of its own
+/// degree sign.
 int run_gnuplot(const std::string& file) {
+  std::string locale = "LC_ALL=C.UTF-8";
+  std::vector<char*> environment{locale.data()};
+  for (char** entry = environ; *entry != nullptr; ++entry)
+    if (!std::string_view(*entry).starts_with("LC_ALL=")) environment.push_back(*entry);
+  environment.push_back(nullptr);
   std::string program = "gnuplot", argument = file;
   char* const argv[] = {program.data(), argument.data(), nullptr};
   pid_t pid = 0;
-  const int error = posix_spawnp(&pid, "gnuplot", nullptr, nullptr, argv, environ);
+  const int error = posix_spawnp(&pid, "gnuplot", nullptr, nullptr, argv, environment.data());
   if (error == ENOENT) {
     throw std::runtime_error(
         "plot: gnuplot is not installed (tools/setup docs, or apt install gnuplot-nox)");

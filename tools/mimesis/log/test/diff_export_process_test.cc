@@ -116,6 +116,7 @@ TEST_F(LogTools, ConvertsCandumpThereAndBack) {
 
 TEST_F(LogTools, PlotsOrSaysWhatIsMissing) {
   const std::string a = log("a.mcap");
+  setenv("LC_ALL", "C", 1);  // as without any locale
   const Run plot = run({"plot", a, "x/arm.position_rad[*]", "-o", folder_.file("x.svg"), "--json"});
   if (plot.code == 1 && plot.errors.find("gnuplot is not installed") != std::string::npos) {
     GTEST_SKIP() << "gnuplot is not installed";
