@@ -80,7 +80,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "mimesis, cmake, g++, pkg-config, protobuf-compiler, libprotobuf-dev, libzmq3-dev, libeigen3-dev, libspdlog-dev, libfmt-dev, libyaml-cpp-dev, libexpected-dev")
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "libgtest-dev, liblz4-dev, libzstd-dev, zlib1g-dev, libdeflate-dev")  # tests, component log
-set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libpng-dev, libturbojpeg0-dev, liburdfdom-dev, libassimp-dev, libqhull-dev")  # image, robot, cover
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libpng-dev, libturbojpeg0-dev, libjpeg-dev, liburdfdom-dev, libassimp-dev, libqhull-dev")  # image, robot, cover
 set(CPACK_DEBIAN_DEV_DESCRIPTION "libraries, messages and CMake functions for nodes of Mimesis
 What a node outside of Mimesis needs: find_package(Mimesis), headers and static
 libraries of the runtime, messages.")

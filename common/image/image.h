@@ -36,6 +36,9 @@ struct Image {
 tl::expected<Image, Status> read_image(const std::filesystem::path& path);
 
 /// Decodes a JPEG picture in memory (a camera's MJPEG frame) into `out`, whose storage is reused.
+/// What its Exif says of its orientation is done. A picture that is cut off or whose data
+/// contradict themselves is refused; up to 16 stray bytes before a restart marker, 4 before
+/// another, are none.
 tl::expected<void, Status> decode_jpeg(std::span<const std::uint8_t> jpeg, Image& out);
 
 /// A PNG file's bytes (8-bit RGB), and those of a JPEG file, `quality` 1..100.

@@ -17,7 +17,7 @@ struct Axis {
   double rated_torque_n_m = 100.0;  ///< at the joint; 6077h is in thousandths of it [N m]
   double offset_rad = 0.0;          ///< the joint's position where the drive counts 0 [rad]
   int stop_bit = -1;  ///< bit of 60FDh: 1 while an emergency stop's circuit is closed; -1: none
-  /// what this drive may lack although it protects: "no_6007", "no_bit12"; see kAcceptable
+  /// what this drive may lack although it protects: "no_6007", "no_bit12"; docs/hardware
   std::vector<std::string> accept{};
 
   bool accepts(std::string_view lack) const { return std::ranges::count(accept, lack) > 0; }

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <utility>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -111,11 +112,15 @@ std::vector<cia402::Axis> complete(std::vector<cia402::Axis> axes, const Joints&
 }
 
 std::string text_of(const std::string& robot, std::span<const cia402::Axis> axes) {
-  std::string text = robot.substr(robot.rfind('/') + 1);
-  for (const cia402::Axis& axis : axes) {
-    text += fmt::format("{} node {} at {:.6g}/rad", &axis == axes.data() ? ":" : ",", axis.node_id,
-                        axis.sign * axis.increments_per_rad);
-    if (axis.offset_rad != 0.0) text += fmt::format(" from {:.4g} rad", axis.offset_rad);
+  std::string text = robot.substr(robot.rfind('/') + 1) + ": nodes";
+  const auto scale = [&](std::size_t i) {
+    return std::pair(axes[i].sign * axes[i].increments_per_rad, axes[i].offset_rad);
+  };
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    text += fmt::format(" {}", axes[i].node_id);
+    if (i + 1 < axes.size() && scale(i + 1) == scale(i)) continue;
+    text += fmt::format(" at {:.6g}/rad", scale(i).first);
+    if (scale(i).second != 0.0) text += fmt::format(" from {:.4g} rad", scale(i).second);
   }
   return text;
 }

@@ -57,7 +57,7 @@ std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& c
 /// @throws ConfigError as cia402::complete
 std::vector<cia402::Axis> complete(std::vector<cia402::Axis> axes, const Joints& joints);
 
-/// The drives of one bus, for people and for comparison: "lwr4.yaml: node 1 at 160000/rad, ...".
+/// The drives of one bus, for people and for comparison: "lwr4.yaml: nodes 1 2 3 at 160000/rad".
 std::string text_of(const std::string& robot, std::span<const cia402::Axis> axes);
 
 JointLimits part_of(const JointLimits& limits, int first, int count);

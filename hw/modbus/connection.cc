@@ -14,7 +14,7 @@ namespace mimesis::hw::modbus {
 namespace {
 
 using std::chrono::milliseconds;
-using Clock = std::chrono::steady_clock;
+using WallClock = std::chrono::steady_clock;
 using Bytes = Connection::Bytes;
 
 const char* exception_text(int code) {
@@ -39,7 +39,7 @@ class Stream final : public Connection {
   static constexpr std::size_t kHead = 7, kMost = 260;
 
   tl::expected<Bytes, Status> exchange(std::span<const std::uint8_t> request) override {
-    const auto deadline = Clock::now() + timeout_;
+    const auto deadline = WallClock::now() + timeout_;
     ++transaction_;
     const int bytes = static_cast<int>(request.size()) + 1;
     Bytes frame = {high(transaction_), low(transaction_), 0,         0,
@@ -60,7 +60,7 @@ class Stream final : public Connection {
         if (ours) return answer;
         ++others;
       }
-      const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
+      const auto left = std::chrono::ceil<milliseconds>(deadline - WallClock::now());
       pollfd waiting{.fd = socket_, .events = POLLIN, .revents = 0};
       if (left.count() <= 0 || poll(&waiting, 1, static_cast<int>(left.count())) <= 0)
         return tl::unexpected(silence(others));

@@ -121,7 +121,7 @@ tl::expected<HandReading, Status> HandClient::exchange(Time now, const HandSetpo
   return reading;
 }
 
-HandDriver::HandDriver(Address address, HandProfile profile, const Options& options)
+HandDriver::HandDriver(Address address, const HandProfile& profile, const Options& options)
     : client_(std::move(address), profile,
               options.timeout.count() > 0 ? options.timeout
                                           : milliseconds(std::lround(1e3 * profile.timeout_s))),

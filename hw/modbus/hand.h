@@ -68,7 +68,7 @@ class HandDriver {
     std::chrono::milliseconds timeout{0};
     std::chrono::milliseconds period{10};  ///< period of exchanges on the thread, wall time
   };
-  HandDriver(Address address, HandProfile profile, const Options& options);
+  HandDriver(Address address, const HandProfile& profile, const Options& options);
   ~HandDriver();
   HandDriver(const HandDriver&) = delete;
   HandDriver& operator=(const HandDriver&) = delete;

@@ -157,13 +157,13 @@ std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& gra
   return record_can(live ? can::open(address, graph.directory()) : nullptr, graph);
 }
 
-RecordedHand::RecordedHand(const std::string& address, modbus::HandProfile profile,
+RecordedHand::RecordedHand(const std::string& address, const modbus::HandProfile& profile,
                            const modbus::HandDriver::Options& options, runtime::Bus& graph)
     : graph_(graph) {
   const modbus::Address server = modbus::parse_address(address, graph.directory());
   graph.outside().opens({.kind = std::string(kHand), .address = address});
   if (graph.outside().replaying()) return;
-  driver_ = std::make_unique<modbus::HandDriver>(server, std::move(profile), options);
+  driver_ = std::make_unique<modbus::HandDriver>(server, profile, options);
 }
 
 const modbus::HandReading& RecordedHand::exchange(Time now, const modbus::HandSetpoint& setpoint) {

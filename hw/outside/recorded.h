@@ -34,7 +34,7 @@ std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& gra
 class RecordedHand {
  public:
   /// @throws ConfigError as modbus::parse_address
-  RecordedHand(const std::string& address, modbus::HandProfile profile,
+  RecordedHand(const std::string& address, const modbus::HandProfile& profile,
                const modbus::HandDriver::Options& options, runtime::Bus& graph);
 
   const modbus::HandReading& exchange(Time now, const modbus::HandSetpoint& setpoint);

@@ -1,10 +1,14 @@
 #include "common/image/image.h"
 
 #include <gtest/gtest.h>
+#include <jpeglib.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>  // before jpeglib.h
 #include <fstream>
+#include <tuple>
 
 #include "common/testing/temporary_folder.h"
 
@@ -56,6 +60,115 @@ TEST_F(ImageFile, RefusesWhatIsNoImageWithTheFilesName) {
     const auto image = read_image(folder_ / name);
     ASSERT_FALSE(image) << name;
     EXPECT_NE(image.error().reason.find((folder_ / name).string()), std::string::npos);
+  }
+}
+
+/// A JPEG with a restart marker in each row of blocks.
+std::string with_restarts(const Image& image) {
+  jpeg_error_mgr errors{};
+  jpeg_compress_struct to{};
+  to.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&to);
+  unsigned char* data = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&to, &data, &size);
+  to.image_width = static_cast<JDIMENSION>(image.width);
+  to.image_height = static_cast<JDIMENSION>(image.height);
+  to.input_components = 3;
+  to.in_color_space = JCS_EXT_BGR;
+  jpeg_set_defaults(&to);
+  to.restart_in_rows = 1;
+  jpeg_start_compress(&to, TRUE);
+  for (int v = 0; v < image.height; ++v) {
+    JSAMPROW row = const_cast<JSAMPROW>(image.at(0, v));
+    jpeg_write_scanlines(&to, &row, 1);
+  }
+  jpeg_finish_compress(&to);
+  jpeg_destroy_compress(&to);
+  const std::string jpeg(reinterpret_cast<char*>(data), size);
+  std::free(data);
+  return jpeg;
+}
+
+tl::expected<void, Status> decode(const std::string& jpeg, Image& out) {
+  return decode_jpeg({reinterpret_cast<const std::uint8_t*>(jpeg.data()), jpeg.size()}, out);
+}
+
+/// As webcams send it: bytes of their buffers before a marker. The picture is the same.
+TEST(Jpeg, StrayBytesBeforeAMarkerAreNoDamage) {
+  const std::string whole = with_restarts(gradient());
+  Image truth, out;
+  ASSERT_TRUE(decode(whole, truth));
+  const std::size_t restart = whole.find("\xFF\xD0"), end = whole.size() - 2;
+  ASSERT_NE(restart, std::string::npos);
+  for (const auto& [at, bytes, read] :
+       {std::tuple{restart, 9, true}, {restart, 40, false}, {end, 2, true}, {end, 30, false}}) {
+    std::string jpeg = whole;
+    jpeg.insert(at, std::string(static_cast<std::size_t>(bytes), '\x55'));
+    const auto done = decode(jpeg, out);
+    EXPECT_EQ(done.has_value(), read) << at << " " << bytes;
+    if (read) {
+      EXPECT_EQ(out.bgr, truth.bgr);
+    } else {
+      EXPECT_NE(done.error().reason.find("extraneous bytes"), std::string::npos);
+    }
+  }
+}
+
+/// The eight orientations of Exif, in both byte orders, give one picture.
+TEST(Jpeg, IsTurnedAsItsExifSays) {
+  Image upright(24, 16);
+  for (int v = 0; v < 16; ++v) {
+    for (int u = 0; u < 24; ++u)
+      std::fill_n(upright.at(u, v), 3, static_cast<std::uint8_t>(u < 8 && v < 8 ? 250 : u * 4));
+  }
+  const auto stored = [&](int orientation, int x, int y) {  // from where in the upright picture
+    constexpr int kRight = 23, kLow = 15;
+    switch (orientation) {
+      case 2:
+        return std::pair{kRight - x, y};
+      case 3:
+        return std::pair{kRight - x, kLow - y};
+      case 4:
+        return std::pair{x, kLow - y};
+      case 5:
+        return std::pair{y, x};
+      case 6:
+        return std::pair{kRight - y, x};
+      case 7:
+        return std::pair{kRight - y, kLow - x};
+      case 8:
+        return std::pair{y, kLow - x};
+      default:
+        return std::pair{x, y};
+    }
+  };
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const bool across = orientation >= 5;
+    Image turned(across ? 16 : 24, across ? 24 : 16);
+    for (int y = 0; y < turned.height; ++y) {
+      for (int x = 0; x < turned.width; ++x) {
+        const auto [u, v] = stored(orientation, x, y);
+        std::copy_n(upright.at(u, v), 3, turned.at(x, y));
+      }
+    }
+    std::string jpeg = encode_jpeg(turned, 95).value();
+    const char value = static_cast<char>(orientation);
+    const bool little = orientation % 2 == 0;
+    const std::string tiff =
+        little ? std::string("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0", 18) + value +
+                     std::string(7, '\0')
+               : std::string("MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", 19) + value +
+                     std::string(6, '\0');
+    const std::string exif = std::string("Exif\0\0", 6) + tiff;
+    jpeg.insert(2, std::string("\xFF\xE1\0", 3) + static_cast<char>(exif.size() + 2) + exif);
+    Image out;
+    const auto done = decode(jpeg, out);
+    ASSERT_TRUE(done) << done.error().reason;
+    ASSERT_EQ(out.width, 24) << orientation;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < out.bgr.size(); ++i) sum += std::abs(out.bgr[i] - upright.bgr[i]);
+    EXPECT_LT(sum / static_cast<double>(out.bgr.size()), 4.0) << orientation;
   }
 }
 

@@ -142,5 +142,14 @@ TEST(Joints, OfNoFile) {
   EXPECT_NE(refusal([] { load_joints("nobody.yaml"); }).find("nobody.yaml"), std::string::npos);
 }
 
+TEST(Axes, AreToldInOneLine) {
+  const std::vector<cia402::Axis> axes{{.node_id = 1},
+                                       {.node_id = 2},
+                                       {.node_id = 5, .sign = -1},
+                                       {.node_id = 6, .offset_rad = 0.1}};
+  EXPECT_EQ(text_of("models/a.yaml", axes),
+            "a.yaml: nodes 1 2 at 160000/rad 5 at -160000/rad 6 at 160000/rad from 0.1 rad");
+}
+
 }  // namespace
 }  // namespace mimesis::hw

@@ -264,8 +264,11 @@ void SimBodyNode::open_buses(runtime::Bus& bus) {
   auto first = all.begin();
   for (const BusShare& share : complete(params_.buses, params_.can, joints_)) {
     const auto last = first + share.joints;
-    racks_.push_back(
-        std::make_unique<Rack>(std::vector(first, last), outside::open_can(share.can, bus)));
+    std::vector<cia402::Axis> axes;
+    for (auto drive = first; drive != last; ++drive) axes.push_back(drive->axis);
+    racks_.push_back(std::make_unique<Rack>(
+        std::vector(first, last),
+        outside::open_can(share.can, bus, "drives", text_of(params_.robot, axes))));
     for (Drive& drive : racks_.back()->drives()) drives_.push_back(&drive);
     first = last;
   }

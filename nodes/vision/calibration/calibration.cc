@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,6 +24,7 @@ using image::Lens;
 
 constexpr std::size_t kFewest = 4;    // positions of the board
 constexpr double kAspect = 1.05;      // largest fx / fy of square pixels
+constexpr double kKnown = 0.02;       // largest 2 sigma of the focal length, of it
 constexpr double kTimesMedian = 3.0;  // a held-out error beyond this is a bad shot
 constexpr double kLeastBad_px = 0.3;  // an error below it never is
 // k3 of boards that do not reach the picture's corners is noise, which folds these corners over.
@@ -254,10 +256,21 @@ std::string implausible(const Lens& lens) {
 std::string implausible(const Calibrated& result) {
   constexpr std::array<const char*, 2> kWhich{"left", "right"};
   for (std::size_t c = 0; c < result.cameras.size(); ++c) {
-    const std::string why = implausible(result.cameras[c].lens());
-    if (why.empty()) continue;
     const std::string which =
         result.cameras.size() > 1 ? std::string(kWhich.at(c)) + " camera" : "camera";
+    const Lens& lens = result.cameras[c].lens();
+    const LensSigma& sigma = result.sigma[c];
+    const double two = 2.0 * std::max(sigma.fx_px, sigma.fy_px);
+    if (!(two <= kKnown * lens.fx_px)) {
+      const std::string known = std::isfinite(two) ? fmt::format("2 sigma {:.3g} px", two)
+                                                   : std::string("without any bound");
+      return fmt::format(
+          "{}: these views do not bound its focal length: {:.0f} px, {}, expected 2 sigma of at "
+          "most {:.0f} %; most helps a view of {}",
+          which, lens.fx_px, known, 100.0 * kKnown, sigma.helps);
+    }
+    const std::string why = implausible(lens);
+    if (why.empty()) continue;
     return which + ": " + why + "; show the board nearer, at all edges and more tilted";
   }
   if (result.cameras.size() < 2) return {};
@@ -320,6 +333,107 @@ Coverage coverage_of(const Board& board, const std::vector<Camera>& cameras, std
   return out;
 }
 
+// Parameters whose deviations are told: fx fy cx cy k1 k2 p1 p2. k3 is not fitted.
+constexpr int kParameters = 8;
+using Information = Eigen::Matrix<double, kParameters, kParameters>;
+
+Lens moved(Lens lens, int parameter, double by) {
+  const std::array<double*, 4> pinhole{&lens.fx_px, &lens.fy_px, &lens.cx_px, &lens.cy_px};
+  const auto k = static_cast<std::size_t>(parameter);
+  (k < pinhole.size() ? *pinhole.at(k) : lens.distortion.at(k - pinhole.size())) += by;
+  return lens;
+}
+
+/// What a view tells of the lens, in 1/px², while its own pose is unknown, too: with the corners'
+/// derivatives J by the lens and P by the pose, JᵀJ − JᵀP (PᵀP)⁻¹ PᵀJ.
+Information told_by(const Board& board, const Lens& lens, const Eigen::Isometry3d& X_CB) {
+  const auto rows = 2 * static_cast<Eigen::Index>(board.size());
+  Eigen::MatrixXd j(rows, kParameters), p(rows, 6);
+  for (std::size_t i = 0; i < board.size(); ++i) {
+    const auto row = 2 * static_cast<Eigen::Index>(i);
+    const Vector3d x = X_CB * board.point(i), arm = X_CB.linear() * board.point(i);
+    for (int k = 0; k < kParameters; ++k) {
+      const double h = k < 4 ? 1e-3 : 1e-6;
+      j.block<2, 1>(row, k) =
+          (moved(lens, k, h).project(x) - moved(lens, k, -h).project(x)) / (2.0 * h);
+    }
+    for (int k = 0; k < 6; ++k) {
+      const double h = 1e-6;
+      const Vector3d axis = h * Vector3d::Unit(k % 3);
+      const Vector3d by = k < 3 ? axis : Vector3d(axis.cross(arm));
+      p.block<2, 1>(row, k) = (lens.project(x + by) - lens.project(x - by)) / (2.0 * h);
+    }
+  }
+  const Eigen::MatrixXd pj = p.transpose() * j;
+  return j.transpose() * j - pj.transpose() * (p.transpose() * p).ldlt().solve(pj);
+}
+
+/// Standard deviations per pixel of noise; infinite if the views leave some combination open.
+Eigen::Vector<double, kParameters> deviations(const Information& told) {
+  constexpr double kOpen = 1e-9;  // of the scaled information's smallest direction
+  const Eigen::Vector<double, kParameters> scale = told.diagonal().cwiseSqrt().cwiseInverse();
+  const Information scaled = scale.asDiagonal() * told * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Information> eigen(scaled);
+  if (!(eigen.eigenvalues()[0] > kOpen))
+    return Eigen::Vector<double, kParameters>::Constant(std::numeric_limits<double>::infinity());
+  const Information inverse = eigen.eigenvectors() *
+                              eigen.eigenvalues().cwiseInverse().asDiagonal() *
+                              eigen.eigenvectors().transpose();
+  return inverse.diagonal().cwiseSqrt().cwiseProduct(scale);
+}
+
+/// Which further view would narrow fx most.
+std::string best_view(const Board& board, const Lens& lens, const Information& told,
+                      double distance_m) {
+  struct View {
+    const char* text;
+    double about_x, about_y, nearer;
+  };
+  constexpr double kTilt = 0.7;
+  constexpr std::array kViews{
+      View{"the board tilted by 40°, its left edge nearer", 0.0, -kTilt, 1.0},
+      View{"the board tilted by 40°, its right edge nearer", 0.0, kTilt, 1.0},
+      View{"the board tilted by 40°, its upper edge nearer", kTilt, 0.0, 1.0},
+      View{"the board tilted by 40°, its lower edge nearer", -kTilt, 0.0, 1.0},
+      View{"the board at two thirds of the distance", 0.0, 0.0, 0.67}};
+  std::string best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const View& view : kViews) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = math::exp_so3(Vector3d(view.about_x, view.about_y, 0.0));
+    pose.translation() =
+        Vector3d(0.0, 0.0, view.nearer * distance_m) - pose.linear() * board.middle();
+    const double left = deviations(told + told_by(board, lens, pose))[0];
+    if (left < least || best.empty()) best = view.text;
+    least = std::min(least, left);
+  }
+  return best;
+}
+
+LensSigma sigma_of(const Board& board, const Camera& camera, std::size_t index,
+                   const std::vector<Shot>& shots, const std::vector<HeldOut>& held) {
+  const Camera alone = at_origin(camera.lens());
+  Information told = Information::Zero();
+  double squares = 0.0, distance_m = 0.0;
+  for (const Shot& shot : shots) {
+    const BoardPose pose =
+        locate_board(board, std::span(&alone, 1), std::span(&shot.seen[index], 1));
+    told += told_by(board, camera.lens(), pose.X_FB);
+    squares += pose.rms_px * pose.rms_px * static_cast<double>(board.size());
+    distance_m += (pose.X_FB * board.middle()).norm() / static_cast<double>(shots.size());
+  }
+  const auto n = static_cast<double>(shots.size());
+  const double free = n * (2.0 * static_cast<double>(board.size()) - 6.0) - kParameters;
+  const Eigen::Vector<double, kParameters> deviation = deviations(told) * std::sqrt(squares / free);
+  double mean = 0.0, spread = 0.0;  // jackknife
+  for (const HeldOut& h : held) mean += h.fx_px[index] / n;
+  for (const HeldOut& h : held) spread += std::pow(h.fx_px[index] - mean, 2);
+  const double more =
+      deviation[0] > 0.0 ? std::max(1.0, std::sqrt((n - 1.0) / n * spread) / deviation[0]) : 1.0;
+  return {more * deviation[0], more * deviation[1], more * deviation[2], more * deviation[3],
+          best_view(board, camera.lens(), told, distance_m)};
+}
+
 std::vector<HeldOut> leave_each_out(const Board& board, const Calibrator& calibrator,
                                     const std::vector<Lens>& start,
                                     const std::vector<Shot>& shots) {
@@ -327,6 +441,7 @@ std::vector<HeldOut> leave_each_out(const Board& board, const Calibrator& calibr
   for (std::size_t i = 0; i < shots.size(); ++i) {
     const Fit fit = calibrator.joint(all_but(shots, i), start);
     HeldOut held{shots[i].name, locate_board(board, fit.cameras, shots[i].seen).rms_px};
+    for (const Camera& camera : fit.cameras) held.fx_px.push_back(camera.lens().fx_px);
     if (fit.cameras.size() > 1) {
       held.epipolar_px = epipolar_error(fit.cameras, shots[i]);
       held.baseline = fit.cameras[1].eye().norm();
@@ -468,6 +583,7 @@ tl::expected<Calibrated, Status> calibrate(const Board& board, std::span<const P
   }
   for (std::size_t c = 0; c < sizes.size(); ++c) {
     out.coverage.push_back(coverage_of(board, out.cameras, c, shots));
+    out.sigma.push_back(sigma_of(board, out.cameras[c], c, shots, out.held_out));
   }
   const std::string why = implausible(out);
   if (!why.empty()) return tl::unexpected(Status{why});

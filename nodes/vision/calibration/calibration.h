@@ -33,6 +33,13 @@ struct HeldOut {
   double reprojection_px = 0.0;  ///< rms distance of corners, the board's pose fitted to them
   double epipolar_px = 0.0;      ///< mean distance to epipolar lines per side; 0 with one camera
   double baseline = 0.0;         ///< of the calibration without it [m]
+  std::vector<double> fx_px{};   ///< of each camera without it
+};
+
+/// How well a lens is known: standard deviations; infinite where the views bound nothing.
+struct LensSigma {
+  double fx_px = 0.0, fy_px = 0.0, cx_px = 0.0, cy_px = 0.0;
+  std::string helps;  ///< the view that would tell most of fx: "the board tilted by 40°, ..."
 };
 
 /// What the pictures have shown of a lens.
@@ -51,6 +58,9 @@ struct Calibrated {
   double rms_px = 0.0;              ///< distance of corners, all cameras
   std::vector<HeldOut> held_out;    ///< per shot
   std::vector<Coverage> coverage;   ///< per camera
+  /// Per camera: of the least squares, each view's pose unknown, with the residuals as noise; or of
+  /// the jackknife over the views if that is larger, since corners of one view err together.
+  std::vector<LensSigma> sigma;
 
   double baseline_m() const { return (cameras.at(1).eye() - cameras.at(0).eye()).norm(); }
 };
@@ -72,8 +82,9 @@ HeldOutSummary summary(std::span<const HeldOut> held_out);
 /// the cameras are turned against each other by less than a right angle.
 /// @returns a reason if fewer than 4 positions are left, more than a third are rejected, or the
 /// result is no pair of cameras that anybody built: fx/fy beyond 1.05, the picture's centre out of
-/// its middle half, a distortion that folds, the second camera not to the right of the first, a
-/// baseline that is not 2 % to 150 % of the board's distance.
+/// its middle half, a focal length that is not known to 2 % (2 sigma), a distortion that folds, the
+/// second camera not to the right of the first, a baseline that is not 2 % to 150 % of the board's
+/// distance.
 tl::expected<Calibrated, Status> calibrate(const Board& board, std::span<const PictureSize> sizes,
                                            std::vector<Shot> shots);
 

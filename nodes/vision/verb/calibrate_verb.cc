@@ -56,7 +56,7 @@ void write_rig(const std::string& file, const image::Rig& rig) {
 std::vector<std::string> advice(const vision::Calibrated& c,
                                 const std::vector<std::string>& names) {
   constexpr std::size_t kEnough = 12;
-  constexpr double kTilted_deg = 25.0, kDepth = 1.25;
+  constexpr double kTilted_deg = 25.0, kDepth = 1.25, kWellKnown = 0.005;
   std::vector<std::string> out;
   if (c.shots.size() < kEnough) {
     out.push_back(fmt::format("take {} positions of the board or more, these are {}", kEnough,
@@ -67,6 +67,11 @@ std::vector<std::string> advice(const vision::Calibrated& c,
     if (!seen.missing.empty()) {
       out.push_back(fmt::format("show the board in the {} of {}'s picture",
                                 fmt::join(seen.missing, ", "), names[i]));
+    }
+    const double two = 2.0 * c.sigma[i].fx_px / c.cameras[i].lens().fx_px;
+    if (two > kWellKnown) {
+      out.push_back(fmt::format("{}'s focal length is known to {:.1f} %: most helps a view of {}",
+                                names[i], 100.0 * two, c.sigma[i].helps));
     }
     if (seen.tilt_deg < kTilted_deg) {
       out.push_back(fmt::format("tilt the board more, by 30 to 45°: {} has seen {:.0f}° at most",
@@ -95,6 +100,10 @@ Json report_of(const Board& board, const vision::Calibrated& c,
                               {"fy_px", lens.fy_px},
                               {"cx_px", lens.cx_px},
                               {"cy_px", lens.cy_px},
+                              {"fx_2sigma_px", 2.0 * c.sigma[i].fx_px},
+                              {"fy_2sigma_px", 2.0 * c.sigma[i].fy_px},
+                              {"cx_2sigma_px", 2.0 * c.sigma[i].cx_px},
+                              {"cy_2sigma_px", 2.0 * c.sigma[i].cy_px},
                               {"distortion", lens.distortion},
                               {"mono_rms_px", c.mono_rms_px[i]},
                               {"covered", seen.cells},
@@ -123,9 +132,11 @@ void print(const Json& report) {
                    "alone, rms [px]", "covered", "tilt up to", "distance [m]"});
   for (const Json& c : report["cameras"]) {
     const auto number = [&c](const char* key) { return c[key].get<double>(); };
-    table.row({c["name"], fmt::format("{:.2f}", number("fx_px")),
-               fmt::format("{:.2f}", number("fy_px")), fmt::format("{:.2f}", number("cx_px")),
-               fmt::format("{:.2f}", number("cy_px")),
+    const auto known = [&](const std::string& key) {  // to 2 sigma
+      return fmt::format("{:.2f} ± {:.2g}", number((key + "_px").c_str()),
+                         number((key + "_2sigma_px").c_str()));
+    };
+    table.row({c["name"], known("fx"), known("fy"), known("cx"), known("cy"),
                fmt::format("{:.4f}", fmt::join(c["distortion"].get<std::vector<double>>(), " ")),
                fmt::format("{:.3f}", number("mono_rms_px")),
                fmt::format("{:.0f} %", 100.0 * number("covered")),

@@ -176,6 +176,63 @@ TEST(Calibrate, OneCameraAloneHasALens) {
   EXPECT_NEAR(summary(ours->held_out).reprojection_px, 0.14, 0.03);  // 0.1 px in u and in v
 }
 
+/// The left camera alone: what it has seen.
+std::vector<Shot> left_of(std::vector<Shot> shots) {
+  for (Shot& shot : shots) shot.seen.resize(1);
+  return shots;
+}
+
+/// Forty lenses and sets of views, corners off by 0.15 px: the true focal lengths are within the
+/// stated 2 sigma, which is neither too proud nor too modest.
+TEST(Calibrate, KnowsHowWellItKnowsTheFocalLength) {
+  int within = 0, refused = 0;
+  double stated = 0.0, error = 0.0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    const Bench truth = bench(1000 + seed, {9, 6, 0.025}, 12, 0.15, false);
+    const auto ours = calibrate(truth.board, std::span(kSizes).first(1), left_of(truth.shots));
+    if (!ours) {
+      ++refused;
+      continue;
+    }
+    const double off = ours->cameras[0].lens().fx_px - truth.pair[0].fx;
+    within += std::abs(off) <= 2.0 * ours->sigma[0].fx_px ? 1 : 0;
+    stated += std::pow(ours->sigma[0].fx_px, 2);
+    error += off * off;
+  }
+  RecordProperty("within", within);
+  RecordProperty("sigma_over_error", std::to_string(std::sqrt(stated / error)));
+  EXPECT_LE(refused, 2);
+  EXPECT_GE(within, 36 - refused);
+  EXPECT_LT(stated, 6.0 * error) << "modest: " << std::sqrt(stated / error);
+}
+
+/// Views that do not bound the lens: parallel, all the same, or almost.
+TEST(Calibrate, RefusesViewsThatDoNotBoundTheFocalLength) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    std::mt19937 random(seed);
+    Bench truth = bench(2000 + seed, {9, 6, 0.03}, 1, 0.0, false);
+    std::normal_distribution<double> error(0.0, 0.1);
+    std::uniform_real_distribution<double> place(-0.05, 0.05);
+    std::vector<Shot> shots;
+    for (int i = 0; i < 8; ++i) {
+      Eigen::Isometry3d X_FB = Eigen::Isometry3d::Identity();
+      if (seed % 2 == 0)
+        X_FB.translation() = Vector3d(place(random), place(random), 0.45 + place(random));
+      else
+        X_FB.linear() = Eigen::AngleAxisd(0.1, Vector3d(1, 1, 0).normalized()).matrix();
+      if (seed % 2 == 1) X_FB.translation() = Vector3d(0.0, 0.0, 0.5);
+      X_FB.translation() -= X_FB.linear() * truth.board.middle();
+      Shot shot{"shot" + std::to_string(i), {true_corners(truth.pair[0], truth.board, X_FB)}};
+      for (Vector2d& p : shot.seen[0]) p += Vector2d(error(random), error(random));
+      shots.push_back(shot);
+    }
+    const auto ours = calibrate(truth.board, std::span(kSizes).first(1), shots);
+    ASSERT_FALSE(ours) << seed << ": " << ours->cameras[0].lens().fx_px << " +- "
+                       << 2.0 * ours->sigma[0].fx_px << ", true " << truth.pair[0].fx;
+    EXPECT_NE(ours.error().reason.find("camera: "), std::string::npos) << ours.error().reason;
+  }
+}
+
 TEST(Calibrate, RejectsByNameTheBoardThatWasMovedBetweenTheCameras) {
   Bench truth = bench(21, {9, 6, 0.025}, 10, 0.05, false);
   constexpr std::size_t kBad = 7;
