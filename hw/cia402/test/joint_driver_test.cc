@@ -574,6 +574,27 @@ TEST_F(Bench, NeverTouchesANodeThatIsNotOurs) {
   }
 }
 
+TEST_F(Bench, TouchesNoForeignNodeInAThousandStarts) {
+  plug();
+  std::size_t told = 0;
+  for (int k = 0; k < 1000; ++k) {  // each ends somewhere: listening, set-up, motion, fault
+    connect();
+    idle(Time(150ms) + (k % 23) * 20ms);
+    follow((k % 5) * 20ms);
+    if (k % 3 == 0) rack->drives()[0].inject(sim::Trouble::overcurrent);
+    if (k % 7 == 0) rack->drives()[2].inject(sim::Trouble::mute, 20ms);
+    follow(20ms);
+    driver->stop();
+    driver.reset();
+    for (const can::Frame& f : seen()) {
+      if (f.id != 0) continue;
+      ++told;
+      ASSERT_TRUE(f.data[1] == 1 || f.data[1] == 5 || f.data[1] == 9) << can::frame_text(f);
+    }
+  }
+  EXPECT_GT(told, 5000u);
+}
+
 TEST_F(Bench, StopsItsDrivesIfAnotherMasterComes) {
   enable();
   tap->send(std::array{sync()});
