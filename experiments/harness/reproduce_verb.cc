@@ -87,7 +87,7 @@ void print_json(const Figure& figure, const Report& report, double seconds) {
 
 void print_text(const Figure& figure, const Report& report, double seconds) {
   std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
-  Table table({"", "what", "ours", "reference", "tolerance", "unit", "origin", "note"});
+  TextTable table({"", "what", "ours", "reference", "tolerance", "unit", "origin", "note"});
   std::vector<std::string> notes;  // notes of several rows appear once
   for (const Row& row : report.rows) {
     std::string note;
@@ -126,7 +126,7 @@ void print_list(const std::vector<Figure>& all, bool json) {
     std::cout << out.dump() << '\n';
     return;
   }
-  Table table({"name", "source", "CPU min", "title", "rows"});
+  TextTable table({"name", "source", "CPU min", "title", "rows"});
   reproduce::RowCounts rows{};
   for (const Figure& f : all) {
     table.row({f.name, f.source, f.cpu_minutes > 0.0 ? number(f.cpu_minutes) : "<1", f.title,
