@@ -376,8 +376,8 @@ ordered_json summary_json(std::span<const DrawerResult> results) {
 }
 
 void print_table(std::span<const DrawerResult> results, std::ostream& out, bool bold_heading) {
-  tool::Table table({"task", "end", "s", "object mm", "handle mm", "step err mm", "length err mm",
-                     "ankle Nm (20 ms)", "Fz N", "tick us p50/p99", "why"});
+  tool::TextTable table({"task", "end", "s", "object mm", "handle mm", "step err mm",
+                         "length err mm", "ankle Nm (20 ms)", "Fz N", "tick us p50/p99", "why"});
   for (const DrawerResult& r : results) {
     const hw::sim::WalkFigures& f = r.walk.figures;
     table.row({r.walk.name, name_of(end_of(r)), r.taken ? fmt::format("{:.1f}", r.done_s) : "",

@@ -352,8 +352,9 @@ ordered_json summary_json(std::span<const TrialResult> results) {
 }
 
 void print_table(std::span<const TrialResult> results, std::ostream& out, bool bold_heading) {
-  tool::Table table({"trial", "fell", "steps", "m", "step err mm rms (max)", "DCM mm rms x/y (max)",
-                     "ZMP mm x/y", "ankle Nm (20 ms)", "Fz N", "limited", "tick us p50/p99"});
+  tool::TextTable table({"trial", "fell", "steps", "m", "step err mm rms (max)",
+                         "DCM mm rms x/y (max)", "ZMP mm x/y", "ankle Nm (20 ms)", "Fz N",
+                         "limited", "tick us p50/p99"});
   for (const TrialResult& r : results) {
     const hw::sim::WalkFigures& f = r.figures;
     table.row(
