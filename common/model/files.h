@@ -52,7 +52,7 @@ kin::Table load_table(const std::string& file, std::optional<double> bar_height 
 /// The same of a scene that need have neither bar nor object.
 kin::Table load_scene(const std::string& file);
 
-/// The table as a message, without header.
+/// The table as a message, without header. Hulls are told by the balls that hold them.
 v1::Scene to_proto(const kin::Table& table);
 /// The table of a message. Positions are taken as they are; the caller has checked that they are
 /// finite.

@@ -273,11 +273,11 @@ v1::Scene to_proto(const kin::Table& table) {
     out.set_name(box.name);
   }
   for (const kin::Hull& hull : table.hulls) {
-    v1::Hull& out = *scene.add_hulls();
-    for (const auto& p : hull.shape.points.rowwise())
-      to_proto(p.transpose(), *out.add_points_in_world_m());
-    out.set_radius_m(hull.shape.radius);
-    out.set_name(hull.name);
+    for (const math::RoundBound& cover : hull.cover) {
+      v1::Ball& out = *scene.add_obstacles();
+      to_proto(cover.center, *out.mutable_center_in_world_m());
+      out.set_radius_m(cover.radius);
+    }
   }
   to_proto(table.bar_center, *scene.mutable_bar()->mutable_center_in_world_m());
   scene.mutable_bar()->set_height_m(table.bar_height);
@@ -304,14 +304,6 @@ kin::Table from_proto(const v1::Scene& scene) {
   for (const v1::Box& box : scene.boxes()) {
     table.boxes.push_back(
         {to_eigen(box.center_in_world_m()), to_eigen(box.half_extent_m()), box.name()});
-  }
-  for (const v1::Hull& hull : scene.hulls()) {
-    if (hull.points_in_world_m().empty()) continue;  // nothing that could be touched
-    math::ConvexPart shape{Eigen::MatrixX3d(hull.points_in_world_m_size(), 3),
-                           std::max(0.0, hull.radius_m())};
-    for (Eigen::Index i = 0; i < shape.points.rows(); ++i)
-      shape.points.row(i) = to_eigen(hull.points_in_world_m(static_cast<int>(i))).transpose();
-    table.hulls.push_back(hull_of(std::move(shape), hull.name()));
   }
   table.bar_center = to_eigen(scene.bar().center_in_world_m());
   table.bar_height = scene.bar().height_m();

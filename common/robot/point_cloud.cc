@@ -153,7 +153,7 @@ Columns read_pcd(Bytes& in, Viewpoint viewpoint) {
   if (names.empty() || sizes.size() != names.size() || types.size() != names.size() ||
       (!counts.empty() && counts.size() != names.size()))
     in.fail("FIELDS, SIZE, TYPE and COUNT of a PCD, expected one of each for each field");
-  std::size_t point_bytes = 0, words_each = 0;
+  std::size_t point_bytes = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
     Field field{names[i], {in.count(sizes[i], "SIZE"), types[i][0]}, 1, point_bytes};
     if (!counts.empty()) field.count = in.count(counts[i], "COUNT");
@@ -166,7 +166,6 @@ Columns read_pcd(Bytes& in, Viewpoint viewpoint) {
       in.fail("field " + field.name + " of TYPE " + types[i] + " and SIZE " + sizes[i] +
               ", expected F of 4 or 8, I or U of 1, 2, 4 or 8 bytes");
     point_bytes += size * field.count;
-    words_each += field.count;
     fields.push_back(std::move(field));
   }
   std::array<const Field*, 3> xyz{};

@@ -10,6 +10,7 @@
 #include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/model/messages.h"
+#include "common/robot/convex_parts.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
 
@@ -381,16 +382,19 @@ void PlannerNode::place_obstacles() {
   if (!given_) return;  // they are placed in the first scene
   table_ = given_;
   for (const auto& [name, obstacle] : obstacles_) {
-    v1::Scene scene;
-    *scene.mutable_obstacles() = obstacle.balls();
-    *scene.mutable_boxes() = obstacle.boxes();
-    *scene.mutable_hulls() = obstacle.hulls();
-    for (v1::Box& box : *scene.mutable_boxes()) box.set_name(name);
-    for (v1::Hull& hull : *scene.mutable_hulls()) hull.set_name(name);
-    const kin::Table added = model::from_proto(scene);
-    table_->balls.insert(table_->balls.end(), added.balls.begin(), added.balls.end());
-    table_->boxes.insert(table_->boxes.end(), added.boxes.begin(), added.boxes.end());
-    table_->hulls.insert(table_->hulls.end(), added.hulls.begin(), added.hulls.end());
+    for (const v1::Ball& ball : obstacle.balls())
+      table_->balls.push_back({to_eigen(ball.center_in_world_m()), ball.radius_m()});
+    for (const v1::Box& box : obstacle.boxes())
+      table_->boxes.push_back(
+          {to_eigen(box.center_in_world_m()), to_eigen(box.half_extent_m()), name});
+    for (const v1::Hull& hull : obstacle.hulls()) {
+      kin::Hull& added = table_->hulls.emplace_back();
+      added.name = name;
+      added.shape = {Eigen::MatrixX3d(hull.points_in_world_m_size(), 3), hull.radius_m()};
+      for (int i = 0; i < hull.points_in_world_m_size(); ++i)
+        added.shape.points.row(i) = to_eigen(hull.points_in_world_m(i)).transpose();
+      added.cover = robot::balls_around(added.shape);
+    }
   }
 }
 

@@ -197,5 +197,17 @@ TEST(ModelFiles, EachLineIsEitherNotNeededOrMissedByName) {
   }
 }
 
+/// What a scene's message has no word for is told larger, not left out.
+TEST(Files, PartsOfMeshesAreToldByTheBallsThatHoldThem) {
+  kin::Table table;
+  kin::Hull& hull = table.hulls.emplace_back();
+  hull.shape.points = Eigen::MatrixX3d::Identity(3, 3);
+  hull.cover = {{{0.5, 0.5, 0.0}, 0.8}, {{0.0, 0.3, 0.8}, 0.7}};
+  const kin::Table told = from_proto(to_proto(table));
+  ASSERT_EQ(told.balls.size(), 2u);
+  EXPECT_EQ(told.balls[1].center, hull.cover[1].center);
+  EXPECT_EQ(told.balls[1].radius, 0.7);
+}
+
 }  // namespace
 }  // namespace mimesis::model
