@@ -207,7 +207,10 @@ TEST_F(CanopenPeer, BootsIsEnabledMovesFaultsIsResetAndIsLost) {
   const std::size_t muted = slave->words().size();
   slave->tell("mute");
   ASSERT_TRUE(reaches(Mode::follow, Phase::fault));
-  EXPECT_EQ(reason(), "A1 (node 3): no feedback for 0.2 s");
+  // On a busy machine a step may see both at once.
+  EXPECT_TRUE(reason() == "A1 (node 3): no feedback for 0.2 s" ||
+              reason() == "A1 (node 3): no heartbeat for 0.25 s")
+      << reason();
   EXPECT_TRUE(until(Mode::follow, [&] { return slave->said("quick stop", muted - 1); }))
       << "by its own consumer of our heartbeat: " << slave->words();
   slave->tell("hear");
