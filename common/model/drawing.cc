@@ -233,7 +233,8 @@ foxglove::SceneUpdate to_entities(const kin::Table& table, const kin::ArmModel& 
     const std::string name = frame_name("arm", frame);
     foxglove::SceneEntity& link = add_entity(update, name, name, stamp);
     for (const kin::SafetyPart& part : kin::deciding_parts(arm)) {
-      if (part.frame == static_cast<int>(frame)) draw_part(link, part, kArm);
+      if (part.frame == static_cast<int>(frame))
+        draw_part(link, part, arm.parts.empty() ? kArm : kLink);
     }
   }
   draw_object(add_entity(update, "object", "object", stamp), table, Eigen::Vector3d::Zero());
