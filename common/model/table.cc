@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "common/error.h"
@@ -151,6 +152,7 @@ kin::Hull hull_of(math::ConvexPart shape, std::string name) {
 }
 
 constexpr double kMostMesh_m = 20.0;
+constexpr double kMostFar_m = 1e4;
 constexpr std::size_t kMostCells = 20'000;
 
 std::string name_of(const PlacedFile& entry) {
@@ -186,6 +188,11 @@ void add_cloud(const std::string& beside, const CloudEntry& entry, kin::Table& t
     throw ConfigError(
         fmt::format("{}: no point is within {} m of the world's origin, expected some", entry.file,
                     entry.within_m));
+  const double farthest = std::sqrt(near.leftCols(count).colwise().squaredNorm().maxCoeff());
+  if (farthest > kMostFar_m)
+    throw ConfigError(fmt::format(
+        "{}: a point is {:.3g} m away, expected at most {} m: scale it, or say within_m",
+        entry.file, farthest, kMostFar_m));
   const auto balls = robot::balls_of_points(near.leftCols(count), entry.cell_m, entry.radius_m);
   if (balls.size() > kMostCells)
     throw ConfigError(fmt::format(

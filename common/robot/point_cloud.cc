@@ -162,7 +162,9 @@ Columns read_pcd(Bytes& in, Viewpoint viewpoint) {
                            ? size == 4 || size == 8
                            : (field.type.kind == 'I' || field.type.kind == 'U') &&
                                  (size == 1 || size == 2 || size == 4 || size == 8);
-    if (!known || field.count > 10'000)
+    if (field.count < 1 || field.count > 10'000)
+      in.fail("COUNT of field " + field.name + ", expected 1 .. 10000");
+    if (!known)
       in.fail("field " + field.name + " of TYPE " + types[i] + " and SIZE " + sizes[i] +
               ", expected F of 4 or 8, I or U of 1, 2, 4 or 8 bytes");
     point_bytes += size * field.count;

@@ -178,11 +178,9 @@ void BridgeNode::step_hand(runtime::Time now) {
   const std::string before = hand_reading_.fault;
   const bool was_active = hand_reading_.active;
   hand_reading_ = hand_driver_->exchange(now, hand_setpoint_);
-  if (hand_reading_.fault != before) {
-    const bool well = hand_reading_.fault.empty();
-    runtime::log(well ? runtime::Level::info : runtime::Level::warn,
-                 "hand: " + (well ? "well" : hand_reading_.fault));
-  }
+  if (hand_reading_.fault != before && !hand_reading_.fault.empty())
+    runtime::warn("hand: {}", hand_reading_.fault);
+  if (hand_reading_.active && !was_active) runtime::info("hand: well");
   if (params_.on_hand_fault == "stop" && was_active && !hand_reading_.fault.empty())
     gate_.emergency_stop("hand: " + hand_reading_.fault);
   v1::HandState state;

@@ -141,6 +141,8 @@ TEST_F(PointCloud, FaultsAreSaidByTheirName) {
       {"# .PCD v.7\nFIELDS x y\nSIZE 4 4\nTYPE F F\nPOINTS 1\nDATA ascii\n0 0\n",
        "no fields x, y and z"},
       {"# .PCD v.7\nFIELDS x y z\nSIZE 4 4 3\nTYPE F F F\nPOINTS 1\nDATA ascii\n", "SIZE 3"},
+      {"# .PCD v.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 0\nPOINTS 1\nDATA binary\n",
+       "COUNT of field z, expected 1 .. 10000"},
       {"# .PCD v.7\nFIELDS x y z\n", "has no DATA"}};
   for (const auto& [bytes, what] : cases) {
     const std::string said = refusal(bytes);

@@ -1,5 +1,3 @@
-#include "hw/cia402/joint_driver.h"
-
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -14,8 +12,7 @@
 #include "common/runtime/log.h"
 #include "common/testing/loopback.h"
 #include "common/testing/no_malloc.h"
-#include "hw/can/testing/memory_wire.h"
-#include "hw/sim/cia402/drive.h"
+#include "hw/cia402/test/joint_driver_bench.h"
 
 namespace {
 thread_local bool locks_refused = false;
@@ -37,97 +34,6 @@ extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) {
 
 namespace mimesis::hw::cia402 {
 namespace {
-
-using namespace std::chrono_literals;
-
-constexpr int kAxes = 3;
-constexpr Time kCycle = 5ms;
-constexpr double kV = 1.5, kA = 5.0;
-
-JointLimits limits() {
-  const auto all = [](double x) { return Eigen::VectorXd::Constant(kAxes, x); };
-  return {.q_min = all(-2.0), .q_max = all(2.0), .v_max = all(kV), .a_max = all(kA)};
-}
-
-std::vector<Axis> axes() {
-  return {
-      {.node_id = 1}, {.node_id = 5, .sign = -1}, {.node_id = 9, .increments_per_rad = 40'000.0}};
-}
-
-/// Driver and simulated drives on a wire in memory, the drives half a cycle later.
-class Bench : public ::testing::Test {
- protected:
-  can::MemoryWire wire;
-  std::unique_ptr<can::Bus> tap = wire.join();
-  std::optional<sim::Rack> rack;
-  std::optional<JointDriver> driver;
-  Time now = 1s;
-  std::vector<double> target = {0.3, -0.2, 0.1};
-  int goes_on = 0;                                    // cycles, of the drives
-  double fastest_motion = 0.0, fastest_change = 0.0;  // [rad/s], [rad/s²] seen at the drives
-
-  void plug(int count = kAxes) {
-    std::vector<sim::DriveConfig> configs;
-    for (const Axis& axis : axes()) {
-      configs.push_back(
-          {.axis = axis, .home_rad = target[configs.size()], .extrapolated_cycles = goes_on});
-    }
-    configs.resize(static_cast<std::size_t>(count));
-    rack.emplace(configs, wire.join());
-  }
-  void connect() {
-    driver.emplace(JointDriverOptions{.axes = axes(), .limits = limits()}, wire.join());
-  }
-  const Reading& reading() { return last_; }
-
-  void cycle(const Setpoint& setpoint, bool left_out = false) {
-    if (driver && !left_out) {
-      last_ = driver->read(now);
-      driver->write(now, setpoint);
-    }
-    if (rack) {
-      std::vector<double> before;
-      for (auto& d : rack->drives()) before.push_back(d.velocity_rad_s());
-      rack->step(now + kCycle / 2);
-      for (std::size_t i = 0; i < before.size(); ++i) {
-        const double v = rack->drives()[i].velocity_rad_s();
-        fastest_motion = std::max(fastest_motion, std::abs(v));
-        fastest_change = std::max(fastest_change, std::abs(v - before[i]) / 5e-3);
-      }
-    }
-    now += kCycle;
-  }
-  void idle(Time duration) {
-    for (const Time end = now + duration; now < end;) cycle({.mode = Mode::idle});
-  }
-  void follow(Time duration) {
-    for (const Time end = now + duration; now < end;) {
-      cycle({.mode = Mode::follow, .position_rad = target});
-    }
-  }
-  void enable() {
-    plug();
-    connect();
-    idle(500ms);
-    ASSERT_EQ(reading().phase, Phase::idle) << reading().reason;
-    follow(100ms);
-    ASSERT_EQ(reading().phase, Phase::following) << reading().reason;
-  }
-  bool any_enabled() {
-    for (auto& d : rack->drives()) {
-      if (d.state() == DriveState::operation_enabled) return true;
-    }
-    return false;
-  }
-  std::vector<can::Frame> seen() {
-    std::vector<can::Frame> frames(100'000);
-    frames.resize(tap->receive(frames));
-    return frames;
-  }
-
- private:
-  Reading last_;
-};
 
 TEST_F(Bench, BootsConfiguresEnablesAndFollows) {
   enable();
@@ -492,124 +398,6 @@ TEST_F(Bench, SendsQuickStopFirstAndLastAndNothingAfter) {
   EXPECT_TRUE(seen().empty());
   idle(200ms);
   EXPECT_FALSE(any_enabled());
-}
-
-TEST_F(Bench, LeavesABusAloneThatAnotherMasterRuns) {
-  enable();
-  JointDriver late({.axes = axes(), .limits = limits()}, wire.join());
-  for (int k = 0; k < 500; ++k) {  // with retries
-    follow(kCycle);
-    const Reading& heard = late.read(now);
-    late.write(now, {.mode = Mode::follow, .position_rad = target});
-    ASSERT_EQ(late.counters().sent, 0u) << k;
-    ASSERT_EQ(heard.phase, Phase::fault);
-    ASSERT_EQ(heard.reason, "another master runs this bus: its SYNC was heard");
-  }
-  late.stop();
-  EXPECT_EQ(late.counters().sent, 0u);
-  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
-  driver.reset();
-  Phase phase{};
-  for (int k = 0; k < 1000; ++k) {
-    phase = late.read(now).phase;
-    late.write(now, {.mode = Mode::idle});
-    idle(kCycle);
-  }
-  EXPECT_EQ(phase, Phase::idle) << late.reading().reason;
-}
-
-/// A master that has not sent SYNC yet is known by its heartbeat.
-TEST_F(Bench, LeavesABusAloneOnWhichAnotherMasterLives) {
-  plug();
-  connect();
-  for (int k = 0; k < 100; ++k) {
-    if (k % 20 == 0) tap->send(std::array{heartbeat(kMasterNode, NmtState::operational)});
-    idle(kCycle);
-  }
-  EXPECT_EQ(driver->counters().sent, 0u);
-  EXPECT_EQ(reading().reason, "another master runs this bus: its heartbeat (node 127) was heard");
-  idle(3s);
-  EXPECT_EQ(reading().phase, Phase::idle) << "it has gone: " << reading().reason;
-}
-
-/// A node of somebody else, which its own master has started, goes on through start, motion, fault,
-/// halt, reset and stop of ours. On a bus of its own the bridge halts all nodes by one frame.
-TEST_F(Bench, NeverTouchesANodeThatIsNotOurs) {
-  for (const bool exclusive : {false, true}) {
-    plug();
-    sim::Rack foreign({{.axis = {.node_id = 40}}}, wire.join());
-    foreign.step(now);
-    tap->send(std::array{nmt(Nmt::start, 40)});
-    foreign.step(now);
-    driver.emplace(JointDriverOptions{.axes = axes(), .limits = limits(), .exclusive = exclusive},
-                   wire.join());
-    seen();
-    idle(500ms);
-    follow(100ms);
-    ASSERT_EQ(reading().phase, Phase::following) << reading().reason;
-    rack->drives()[1].inject(sim::Trouble::overcurrent);
-    follow(50ms);
-    ASSERT_EQ(reading().phase, Phase::fault);
-    EXPECT_EQ(driver->reset_faults(), "");
-    idle(300ms);
-    ASSERT_EQ(reading().phase, Phase::idle) << reading().reason;
-    follow(100ms);
-    rack->drives()[2].inject(sim::Trouble::mute, 300ms);
-    follow(300ms);
-    idle(3s);
-    follow(100ms);
-    ASSERT_EQ(reading().phase, Phase::following) << reading().reason;
-    driver->stop();
-    driver.reset();
-    int told = 0, all = 0;
-    for (const can::Frame& f : seen()) {
-      if (f.id != 0) continue;
-      ++told;
-      all += f.data[1] == 0;
-      EXPECT_TRUE(f.data[1] != 0 || (exclusive && f.data[0] == 2)) << can::frame_text(f);
-      EXPECT_NE(f.data[1], 40);
-    }
-    EXPECT_GT(told, 3 * kAxes);
-    EXPECT_EQ(all > 0, exclusive);
-  }
-}
-
-TEST_F(Bench, TouchesNoForeignNodeInAThousandStarts) {
-  plug();
-  std::size_t told = 0;
-  for (int k = 0; k < 1000; ++k) {  // each ends somewhere: listening, set-up, motion, fault
-    connect();
-    idle(Time(150ms) + (k % 23) * 20ms);
-    follow((k % 5) * 20ms);
-    if (k % 3 == 0) rack->drives()[0].inject(sim::Trouble::overcurrent);
-    if (k % 7 == 0) rack->drives()[2].inject(sim::Trouble::mute, 20ms);
-    follow(20ms);
-    driver->stop();
-    driver.reset();
-    for (const can::Frame& f : seen()) {
-      if (f.id != 0) continue;
-      ++told;
-      ASSERT_TRUE(f.data[1] == 1 || f.data[1] == 5 || f.data[1] == 9) << can::frame_text(f);
-    }
-  }
-  EXPECT_GT(told, 5000u);
-}
-
-TEST_F(Bench, StopsItsDrivesIfAnotherMasterComes) {
-  enable();
-  tap->send(std::array{sync()});
-  follow(2 * kCycle);
-  EXPECT_EQ(reading().phase, Phase::fault);
-  EXPECT_EQ(reading().reason, "another master runs this bus: its SYNC was heard");
-  idle(500ms);
-  EXPECT_FALSE(any_enabled());
-  rack->drives()[1].inject(sim::Trouble::mute);  // it is searched: the others still hear of it
-  idle(500ms);
-  tap->send(std::array{sync()});
-  idle(kCycle);
-  const auto sent = driver->counters().sent;
-  idle(100ms);
-  EXPECT_GT(driver->counters().sent, sent);
 }
 
 TEST_F(Bench, ReadOnlyNeverSends) {

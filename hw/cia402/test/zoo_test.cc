@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/error.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/sim/cia402/drive.h"

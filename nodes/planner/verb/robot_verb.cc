@@ -47,13 +47,19 @@ struct NewArm {
   std::vector<double> home, acceleration;
   bool slides = false;
   Srdf srdf{};
+  std::string lacks{};  ///< what states of the SRDF place beside the robot, a line each
 };
 
 /// The chain of the SRDF's group that is asked for, or of the only one that is an arm.
 Srdf::Chain chain_of(const NewOptions& o, const Srdf& srdf, const robot::RobotTree& tree) {
   constexpr int kFewJoints = 3;  // a finger has less
   std::vector<std::string> names, arms;
+  std::string fault;
   for (const auto& [name, chain] : srdf.chains) {
+    if (!chain.fault.empty()) {
+      fault = chain.fault;
+      continue;
+    }
     names.push_back(name);
     int joints = 0;
     for (int l = tree.find_link(chain.tip); l >= 0 && tree.link(l).name != chain.base;
@@ -64,12 +70,15 @@ Srdf::Chain chain_of(const NewOptions& o, const Srdf& srdf, const robot::RobotTr
   const std::string all = fmt::format("{}", fmt::join(names, ", "));
   if (!o.group.empty()) {
     const auto found = srdf.chains.find(o.group);
+    if (found != srdf.chains.end() && !found->second.fault.empty())
+      throw ConfigError(found->second.fault);
     if (found == srdf.chains.end())
       throw ConfigError(fmt::format("{}: group '{}' is no chain of joints, expected one of: {}",
                                     o.srdf, o.group, all));
     return found->second;
   }
-  if (!o.tip.empty() || names.empty()) return {o.base, o.tip};
+  if (!o.tip.empty() || srdf.chains.empty()) return {o.base, o.tip};
+  if (arms.empty() && !fault.empty()) throw ConfigError(fault);
   if (arms.size() != 1)
     throw ConfigError(fmt::format("{}: expected --group, one of: {}", o.srdf, all));
   return srdf.chains.at(arms.front());
@@ -95,11 +104,17 @@ std::map<std::string, double> placed_joints(const NewOptions& o, const Srdf& srd
 }
 
 NewArm look_at(const NewOptions& o) {
-  NewArm arm{robot::read_urdf(o.urdf), {}, false, {}, o.home_rad, {}, false, {}};
+  NewArm arm{robot::read_urdf(o.urdf), {}, false, {}, o.home_rad, {}, false, {}, {}};
   if (!o.srdf.empty()) arm.srdf = read_srdf(o.srdf, arm.tree);
   const Srdf::Chain chain = chain_of(o, arm.srdf, arm.tree);
   arm.chain = robot::find_arm_chain(arm.tree, chain.base, chain.tip);
   const std::map<std::string, double> placed = placed_joints(o, arm.srdf);
+  for (const auto& [joint, at] : placed) {
+    const auto is = [&joint = joint](const robot::Link& link) { return link.joint == joint; };
+    if (std::ranges::none_of(arm.tree.links(), is))
+      arm.lacks +=
+          fmt::format("{}: a state places joint '{}', which the robot lacks\n", o.srdf, joint);
+  }
   for (auto& [joint, at] : arm.chain.fixed)
     if (const auto given = placed.find(joint); given != placed.end()) at = given->second;
   const auto parts = robot::link_parts(o.urdf);
@@ -336,7 +351,7 @@ int make(NewOptions o) {
              fitted.count());
   for (const auto& [joint, at] : arm.chain.fixed)
     fmt::print("joint {} stays at {:.6g}\n", joint, at);
-  fmt::print("{}{}{}", touching_text(covered), let, crowded_text(covered.arm));
+  fmt::print("{}{}{}{}", arm.lacks, touching_text(covered), let, crowded_text(covered.arm));
   for (const std::string& link : covered.arm.unchecked)
     fmt::print("of no known shape, checked against nothing: {}\n", link);
   if (arm.slides) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
@@ -23,6 +24,9 @@ class Reader {
                                     document.ErrorDesc()));
     const TiXmlElement* robot = document.RootElement();
     if (robot == nullptr || robot->ValueStr() != "robot") fail(robot, "expected a `robot`");
+    for (auto* e = robot->FirstChildElement("virtual_joint"); e != nullptr;
+         e = e->NextSiblingElement("virtual_joint"))
+      to_world_.insert(text(*e, "name"));
     for (auto* e = robot->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       if (e->ValueStr().starts_with("xacro:")) fail(e, "is xacro, expected what xacro makes of it");
       if (e->ValueStr() == "group") group(*e);
@@ -41,11 +45,9 @@ class Reader {
     if (value == nullptr) fail(&e, fmt::format("{} has no {}", e.ValueStr(), name));
     return value;
   }
-  std::string link(const TiXmlElement& e, const char* name) const {
-    std::string value = text(e, name);
-    if (tree_.find_link(value) < 0)
-      fail(&e, fmt::format("{} '{}', expected a link of {}", name, value, tree_.name()));
-    return value;
+  std::string lacks(const TiXmlElement& e, const char* what, const std::string& name) const {
+    return fmt::format("{}:{}: {} '{}', expected one of {}", file_, e.Row(), what, name,
+                       tree_.name());
   }
   /// By the link that it carries; nothing if the robot has no such joint.
   std::optional<int> joint(const std::string& name) const {
@@ -58,15 +60,21 @@ class Reader {
   void group(const TiXmlElement& e) {
     const std::string name = text(e, "name");
     if (const auto* chain = e.FirstChildElement("chain")) {
-      out_.chains[name] = {link(*chain, "base_link"), link(*chain, "tip_link")};
+      Srdf::Chain& made = out_.chains[name] = {text(*chain, "base_link"), text(*chain, "tip_link")};
+      for (const std::string& link : {made.base, made.tip})
+        if (tree_.find_link(link) < 0) made.fault = lacks(*chain, "link", link);
       return;
     }
     std::vector<int> carried;  // links
     for (auto* j = e.FirstChildElement("joint"); j != nullptr; j = j->NextSiblingElement("joint")) {
       const std::string joint_name = text(*j, "name");
       const auto found = joint(joint_name);
-      if (found) carried.push_back(*found);
-      // A joint to the world is told in the SRDF alone.
+      if (found) {
+        carried.push_back(*found);
+      } else if (!to_world_.contains(joint_name)) {
+        out_.chains[name].fault = lacks(*j, "joint", joint_name);
+        return;
+      }
     }
     std::ranges::sort(carried);
     if (carried.empty()) return;
@@ -96,6 +104,7 @@ class Reader {
   }
 
   std::string file_;
+  std::set<std::string> to_world_;  // joints that the SRDF alone knows
   const robot::RobotTree& tree_;
   Srdf out_;
 };

@@ -13,6 +13,7 @@ namespace mimesis::tool {
 struct Srdf {
   struct Chain {
     std::string base, tip;  ///< links
+    std::string fault{};    ///< why it is none: "FILE:LINE: joint 'a', expected ..."; empty: it is
   };
   struct State {
     std::string name, group;
@@ -27,8 +28,8 @@ struct Srdf {
   std::vector<Pair> disabled;
 };
 
-/// @throws ConfigError "FILE:LINE: what, expected ..." in one line: also of links and joints that
-/// the robot does not have
+/// Groups may name what this robot lacks, as those of another hand do: they are no chains then.
+/// @throws ConfigError "FILE:LINE: what, expected ..." in one line
 Srdf read_srdf(const std::string& file, const robot::RobotTree& tree);
 
 }  // namespace mimesis::tool

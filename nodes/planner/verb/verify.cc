@@ -102,6 +102,16 @@ class Verifier {
       if (link.slides) turns[j] = 0.0;
       reach += longer;
     }
+    Vector3d from = scene.tool(pieces_.front().at(0.0)).translation();
+    for (const PlanToolPiece& piece : motion.tool) {
+      const Vector3d to = Vector3d::Map(piece.to_m.data());
+      if (!piece.via_m.empty()) {
+        const Vector3d via = Vector3d::Map(piece.via_m.data());
+        if ((via - from).cross(to - from).norm() <= 1e-6 * (to - from).norm())
+          return find(0, "the points of an arc of the tool's way are on a line");
+      }
+      from = to;
+    }
     const ToolWay way(scene.tool(pieces_.front().at(0.0)), motion.tool);
     const auto end = scene.tool(pieces_.back().at(1.0)).translation();
     if ((end - Vector3d::Map(motion.tool.back().to_m.data())).norm() > motion.tool_off_m)

@@ -403,6 +403,10 @@ TEST(PlanVerb, RefusesMeshesAndCloudsByTheirFault) {
           "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
           "y\nproperty float z\nend_header\n9 0 0\n");
   says("clouds: [{file: far.ply, within_m: 2}]\n", "no point is within 2 m");
+  written("sentinel.ply",
+          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+          "property float z\nend_header\n1e30 0 0\n");
+  says("clouds: [{file: sentinel.ply}]\n", "a point is 1e+30 m away, expected at most 10000 m");
 }
 
 TEST(PlanVerb, TheToolKeepsToItsWay) {
@@ -439,6 +443,9 @@ TEST(PlanVerb, TheToolKeepsToItsWay) {
   file.motions[0].tool.push_back({{}, {0.7, -0.15, 0.4}});
   EXPECT_NE(verify_plan(file, lwr()).findings.front().find("does not end at the end"),
             std::string::npos);
+  file = load_plan(plan);
+  file.motions[0].tool[1].via_m = file.motions[0].tool[0].to_m;
+  EXPECT_NE(verify_plan(file, lwr()).findings.front().find("are on a line"), std::string::npos);
   const Ran both =
       run({"bar_table.yaml", "--straight", "0.5,0.1,0.5", "--hand", "0.5", "0.1", "0.5"});
   EXPECT_EQ(both.code, 2);

@@ -178,7 +178,7 @@ TEST_F(RobotNew, ReadsAnSrdf) {
       "<group name='all'><group name='arm'/><group name='hand'/></group>\n";
   const std::string states =
       "<group_state name='ready' group='arm'><joint name='to link 2' value='0.4'/>"
-      "<joint name='to link 4' value='-0.7'/></group_state>\n"
+      "<joint name='to link 4' value='-0.7'/><joint name='to thumb' value='1'/></group_state>\n"
       "<group_state name='open' group='hand'><joint name='to left' value='0.03'/></group_state>\n";
   const std::string pairs =
       "<disable_collisions link1='link 3' link2='link 1' reason='Default'/>\n"
@@ -190,6 +190,9 @@ TEST_F(RobotNew, ReadsAnSrdf) {
   EXPECT_NE(output_.find("joint to left stays at 0.03"), std::string::npos) << output_;
   EXPECT_NE(output_.find("link 3 and link 1 are not checked against each other, as the SRDF says "
                          "(Default)"),
+            std::string::npos)
+      << output_;
+  EXPECT_NE(output_.find("a state places joint 'to thumb', which the robot lacks"),
             std::string::npos)
       << output_;
   const kin::ArmModel arm = model::load_checked_arm(this->file());
@@ -216,7 +219,11 @@ TEST_F(RobotNew, ReadsAnSrdf) {
           "group 'leg' is no chain of joints, expected one of: arm, hand");
   refused(groups, {"--state", "up"}, "no state 'up'");
   refused("<group name='arm'><chain base_link='link 0' tip_link='flange'/></group>\n", {},
-          "my.srdf:3: tip_link 'flange', expected a link of my arm");
+          "my.srdf:3: link 'flange', expected one of my arm");
+  refused("<group name='arm'><joint name='to link 1'/><joint name='to lnk 2'/></group>\n", {},
+          "my.srdf:3: joint 'to lnk 2', expected one of my arm");
+  refused(groups + "<group name='other hand'><joint name='to thumb'/></group>\n",
+          {"--group", "other hand"}, "joint 'to thumb', expected one of my arm");
   refused(groups + "<group name='two'><chain base_link='link 0' tip_link='link 5'/></group>\n", {},
           "expected --group, one of: arm, hand, two");
   refused("<group_state name='home'><joint name='to link 1' value='0,5'/></group_state>\n", {},
