@@ -100,6 +100,25 @@ TEST_F(PointCloud, PcdCompressed) {
             std::string::npos);
 }
 
+/// Of 40 points x and y as they are; z and the colours are copies of these 320 bytes.
+TEST_F(PointCloud, PcdCompressedFromFarBefore) {
+  constexpr int kPoints = 40;
+  std::string plain, packed;
+  for (int i = 0; i < 2 * kPoints; ++i) plain += raw(0.25f * static_cast<float>(i));
+  for (int i = 0; i < 10; ++i)
+    packed += '\x1f' + plain.substr(32 * static_cast<std::size_t>(i), 32);
+  for (const int length : {264, 56}) {  // from 320 before
+    packed += static_cast<char>(7 << 5 | 319 >> 8);
+    packed += static_cast<char>(length - 2 - 7);
+    packed += static_cast<char>(319 & 255);
+  }
+  const auto size = [](std::size_t n) { return raw(static_cast<std::uint32_t>(n)); };
+  const Eigen::Matrix3Xd points =
+      read(pcd("binary_compressed", "", kPoints) + size(packed.size()) + size(640) + packed);
+  for (int i = 0; i < kPoints; ++i)
+    EXPECT_EQ(points.col(i), Eigen::Vector3d(0.25 * i, 0.25 * (i + kPoints), 0.25 * i)) << i;
+}
+
 TEST_F(PointCloud, PlyInEveryFormat) {
   const std::string properties =
       "element camera 1\nproperty list uchar int ids\nelement vertex 2\nproperty float x\n"
