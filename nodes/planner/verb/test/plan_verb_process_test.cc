@@ -316,7 +316,7 @@ std::string bracket_stl() {
   std::string text = "solid bracket\n";
   for (const auto& [lo, hi] : {std::pair(Vector3d(0, 0, 0), Vector3d(300, 100, 40)),
                                std::pair(Vector3d(0, 0, 0), Vector3d(40, 100, 400))}) {
-    const auto corner = [&](int i) {
+    const auto corner = [&lo = lo, &hi = hi](int i) {
       return Vector3d(i & 1 ? hi.x() : lo.x(), i & 2 ? hi.y() : lo.y(), i & 4 ? hi.z() : lo.z());
     };
     for (const auto& [a, b, c, d] :
