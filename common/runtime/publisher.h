@@ -13,6 +13,7 @@
 
 #include "common/error.h"
 #include "common/runtime/log.h"
+#include "common/runtime/payload_memory.h"
 #include "common/runtime/sockets.h"
 #include "common/runtime/tcp_gate.h"
 #include "common/runtime/wire.h"
@@ -37,7 +38,10 @@ class Publisher {
     bool latched = false;
     bool overflowing = false;  ///< a subscriber is stuck: only what all the others take is kept
     std::size_t data_subscribers = 0, reliable_subscribers = 0;
-    Waiting last;  ///< if latched and seq > 0
+    std::set<int> data_processes;         ///< that have subscribed; of those that left, too
+    std::size_t mapping_subscribers = 0;  ///< of data_subscribers, those that map `memory`
+    PayloadMemory memory;                 ///< large payloads, if all data subscribers map it
+    Waiting last;                         ///< if latched and seq > 0
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
     std::chrono::steady_clock::time_point last_progress{};
@@ -74,6 +78,20 @@ class Publisher {
     return *it->second;
   }
   bool has(const std::string& topic) const { return topics_.contains(topic); }
+  /// Subscriptions of data that have come, to know that `map_for` is due.
+  std::uint64_t data_subscriptions() const { return data_subscriptions_; }
+  /// Processes that take large payloads from memory, by topic.
+  void map_for(const std::map<std::string, std::vector<int>, std::less<>>& processes) {
+    for (auto& [name, topic] : topics_) {
+      const auto it = processes.find(name);
+      const std::set<int>& heard = topic->data_processes;
+      topic->mapping_subscribers = it == processes.end()
+                                       ? 0
+                                       : static_cast<std::size_t>(std::count_if(
+                                             it->second.begin(), it->second.end(),
+                                             [&](int pid) { return heard.contains(pid); }));
+    }
+  }
 
   /// Publishes; never blocks. Returns the message's seq, or 0: it is too large and counts as lost.
   std::uint64_t send(Topic& topic, Frame payload, Time stamp, std::uint64_t tick) {
@@ -94,9 +112,7 @@ class Publisher {
                                  .tick = tick});
     Frame header{std::string_view(topic.frame)};
     if (topic.latched) topic.last = {header.share(), payload.share(), payload.size()};
-    Frame data_header = header.share();
-    Frame data_payload = payload.share();
-    send_frames(data_, data_header, data_payload);
+    send_data(topic, header, payload);
     enqueue(topic, std::move(header), std::move(payload));
     return topic.seq;
   }
@@ -107,7 +123,7 @@ class Publisher {
       for (Frame message; socket->receive_first(message);) {
         limit_subscriptions(message);
         far_.note(message);
-        on_subscription(message.view(), socket == &reliable_);
+        on_subscription(message.view(), socket == &reliable_, message.peer_pid());
         refused_ += message.more() ? 1 : 0;  // a subscription has one frame
       }
     }
@@ -179,7 +195,7 @@ class Publisher {
     }
     message.end_connection();
   }
-  void on_subscription(std::string_view message, bool reliable) {
+  void on_subscription(std::string_view message, bool reliable, int pid) {
     if (message.size() < 2 || static_cast<unsigned char>(message.front()) > 1) return;
     const bool joined = message.front() == 1;
     message.remove_prefix(1);
@@ -198,18 +214,39 @@ class Publisher {
     std::size_t& count = reliable ? topic.reliable_subscribers : topic.data_subscribers;
     if (!joined) {
       count -= std::min<std::size_t>(count, 1);
+      if (topic.data_subscribers == 0) topic.data_processes.clear();
       return;
     }
     ++count;
+    if (!reliable) {
+      topic.data_processes.insert(pid);
+      topic.mapping_subscribers = 0;
+      ++data_subscriptions_;
+    }
     if (!topic.latched || topic.seq == 0) return;
     // To all subscribers; those that have it already recognise its seq.
     Frame header = topic.last.header.share();
     Frame payload = topic.last.payload.share();
     if (!reliable) {
-      send_frames(data_, header, payload);
+      send_data(topic, header, payload);
     } else if (topic.waiting.empty()) {  // else it comes anyway
       enqueue(topic, std::move(header), std::move(payload));
     }
+  }
+  /// A subscriber that takes its time keeps no copy of a large payload, only its place. One that
+  /// cannot map makes all get copies.
+  void send_data(Topic& topic, const Frame& header, const Frame& payload) {
+    if (topic.data_subscribers == 0) return;
+    Frame first = header.share();
+    Frame second = payload.share();
+    if (payload.size() >= kMappedPayload && topic.data_subscribers == topic.mapping_subscribers) {
+      if (const auto place = topic.memory.write(second.view())) {
+        Frame nothing, third{std::string_view(encode(*place))};
+        if (data_.send(first, true) && data_.send(nothing, true)) data_.send(third, false);
+        return;
+      }
+    }
+    send_frames(data_, first, second);
   }
   bool send_frames(ZmqSocket& socket, Frame& header, Frame& payload) {
     // XPUB decides on the first frame for the whole message.
@@ -271,7 +308,7 @@ class Publisher {
   std::set<std::pair<int, std::string>> subscriptions_;    ///< by connection, which may have ended
   std::unordered_map<int, std::size_t> subscribed_bytes_;  ///< by process; 0: tcp
   Throttle too_large_{std::chrono::seconds(1)};
-  std::uint64_t sent_ = 0, overflow_ = 0, refused_ = 0;
+  std::uint64_t sent_ = 0, overflow_ = 0, refused_ = 0, data_subscriptions_ = 0;
   std::uint64_t forced_ = 0;  ///< counted in `overflow_`, and told by no subscriber yet
   bool held_ = true;
 };

@@ -22,7 +22,7 @@
 namespace mimesis::runtime {
 
 GraphView::GraphView(const std::string& graph)
-    : registry_(std::make_unique<Registry>(graph_directory(graph))) {
+    : registry_(std::make_unique<Registry>(graph_directory(graph), true)) {
   registry_->poll();
 }
 GraphView::~GraphView() = default;
@@ -141,7 +141,7 @@ struct Tap::Impl {
         reliable(p == Policy::reliable),
         start_id(new_start_id()),
         socket(context, gate, reliable ? kReliableTapHighWater : kLatestTapHighWater, start_id),
-        registry(graph_directory(graph)) {
+        registry(graph_directory(graph), true) {
     if (reliable) {
       v1::NodeInfo info;
       info.set_name(tap_name());
@@ -211,6 +211,7 @@ struct Tap::Impl {
   std::optional<Tapped> receive() {
     Incoming incoming;
     while (socket.receive(incoming)) {
+      if (incoming.place) continue;  // for those who map; the publisher learns of this tap just now
       const WireHeader& header = incoming.message.header;
       std::string topic(incoming.message.topic);
       std::uint64_t lost = 0;

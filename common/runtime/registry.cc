@@ -3,6 +3,8 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/wire_format_lite.h>
 #include <sys/epoll.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -138,7 +140,26 @@ bool names_file(const std::string& path, int fd) {
          named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
 }
 
-std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string& name) {
+/// A serialised NodeInfo without its largest part: of N nodes each reads the entries of all.
+std::string without_descriptors(const std::string& bytes) {
+  using google::protobuf::internal::WireFormatLite;
+  constexpr std::uint32_t kDescriptors = WireFormatLite::MakeTag(
+      v1::NodeInfo::kDescriptorsFieldNumber, WireFormatLite::WIRETYPE_LENGTH_DELIMITED);
+  google::protobuf::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                                            static_cast<int>(bytes.size()));
+  std::string kept;
+  for (;;) {
+    const int begin = in.CurrentPosition();
+    const std::uint32_t tag = in.ReadTag();
+    if (tag == 0) return in.ConsumedEntireMessage() ? kept : bytes;
+    if (!WireFormatLite::SkipField(&in, tag)) return bytes;  // whose parser refuses it
+    const auto length = static_cast<std::size_t>(in.CurrentPosition() - begin);
+    if (tag != kDescriptors) kept.append(bytes, static_cast<std::size_t>(begin), length);
+  }
+}
+
+std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string& name,
+                                      bool descriptors = true) {
   const int fd = open_entry(path, O_RDONLY);
   if (fd < 0) return std::nullopt;
   // Not from the file itself: Protobuf throws if it becomes shorter meanwhile.
@@ -151,9 +172,18 @@ std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string
   }
   close(fd);
   v1::NodeInfo info;
-  if (info.ParseFromString(bytes) && info.name() == name && info.start_id() != 0) return info;
+  if (info.ParseFromString(descriptors ? bytes : without_descriptors(bytes)) &&
+      info.name() == name && info.start_id() != 0)
+    return info;
   skip(path, fmt::format("expected the NodeInfo of node {} in at most {} bytes", name, kMaxInfo));
   return std::nullopt;
+}
+
+/// Than two ticks of the kernel's clock: no later change can have the same time.
+bool is_older(std::int64_t changed_ns) {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return now.tv_sec * 1'000'000'000 + now.tv_nsec > changed_ns + 50'000'000;
 }
 
 std::vector<std::string> entries(const std::string& directory) {
@@ -343,8 +373,10 @@ void RegistryEntry::publish(const v1::NodeInfo& info) {
   }
 }
 
-Registry::Registry(const std::string& directory)
-    : directory_(nodes_directory(directory)), deaths_(epoll_create1(EPOLL_CLOEXEC)) {
+Registry::Registry(const std::string& directory, bool descriptors)
+    : directory_(nodes_directory(directory)),
+      deaths_(epoll_create1(EPOLL_CLOEXEC)),
+      descriptors_(descriptors) {
   if (deaths_ < 0) throw ConfigError(std::string("no epoll: ") + std::strerror(errno));
 }
 
@@ -368,10 +400,11 @@ void Registry::scan(bool all) {
     struct stat st {};
     if (fstatat(dirfd(dir), entry->d_name, &st, AT_SYMLINK_NOFOLLOW) != 0) continue;
     const auto name = there.insert(entry->d_name).first;
-    Stamp& seen = seen_[*name];
+    Seen& seen = seen_[*name];
     const Stamp now{st.st_ino, st.st_mtim.tv_sec * 1'000'000'000 + st.st_mtim.tv_nsec};
-    if (all || seen != now) suspects_.emplace(*name, 0);
-    seen = now;
+    const bool changed = seen.stamp != now;
+    if (changed) seen = {now, false};
+    if (changed || (all && !(seen.read && pidfds_.contains(*name)))) suspects_.emplace(*name, 0);
   }
   closedir(dir);
   for (const auto& [name, info] : nodes_) {
@@ -430,8 +463,11 @@ void Registry::refresh(const std::string& name, std::vector<RegistryChange>& cha
   if (!is_name(name)) return skip(directory_, "a file in it has a name that no node can have");
   const std::string path = directory_ + "/" + name;
   const bool alive = held(directory_ + "/." + name);
+  const auto seen = seen_.find(name);
+  if (alive && seen != seen_.end() && seen->second.read && nodes_.contains(name)) return;
   std::optional<v1::NodeInfo> info;
-  if (alive) info = read_info(path, name);
+  if (alive) info = read_info(path, name, descriptors_);
+  if (info && seen != seen_.end()) seen->second.read = is_older(seen->second.stamp.changed_ns);
   if (!alive) {
     if (!sockets) sockets = sockets_in(directory_.substr(0, directory_.rfind('/') + 1));
     clean(directory_, name, *sockets);
@@ -446,7 +482,9 @@ void Registry::refresh(const std::string& name, std::vector<RegistryChange>& cha
   if (!info) return;
   const bool fresh = !nodes_.contains(name);
   v1::NodeInfo& entry = nodes_[name];
-  if (fresh) watch(name, info->pid());
+  // The process of another host's entry is ours or none of here.
+  const bool far = !info->data_endpoints().empty() && info->data_endpoints(0).starts_with("tcp://");
+  if (fresh && !far) watch(name, info->pid());
   if (entry.SerializeAsString() == info->SerializeAsString()) return;
   entry = *info;
   changes.push_back({std::move(*info), true});

@@ -91,7 +91,8 @@ struct RegistryChange {
 /// are no regular files of a bounded size are skipped, said once.
 class Registry {
  public:
-  explicit Registry(const std::string& directory);
+  /// `descriptors`: those of the nodes' types are kept, which take 50 kB a node.
+  Registry(const std::string& directory, bool descriptors);
   ~Registry();
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
@@ -112,9 +113,13 @@ class Registry {
     std::int64_t changed_ns = 0;
     bool operator==(const Stamp&) const = default;
   };
+  struct Seen {
+    Stamp stamp;
+    bool read = false;  ///< as it is since; not if it was so young that another may have its stamp
+  };
 
   void read_deaths();
-  /// `all`: also what has not changed, should a change have been missed
+  /// `all`: also what has not changed, if a change or an end could have been missed
   void scan(bool all);
   void watch(const std::string& name, std::uint32_t pid);
   void unwatch(const std::string& name);
@@ -125,7 +130,8 @@ class Registry {
   std::string directory_;
   int deaths_;                         ///< epoll of `pidfds_`
   std::map<std::string, int> pidfds_;  ///< by node; absent: dead, or of elsewhere
-  std::map<std::string, Stamp> seen_;
+  bool descriptors_;
+  std::map<std::string, Seen> seen_;
   FolderChanges changes_;
   std::map<std::string, v1::NodeInfo> nodes_;
   std::map<std::string, int> suspects_;  ///< name -> looks left: to be read, or perhaps dying

@@ -2,11 +2,13 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
 #include "common/error.h"
 #include "common/runtime/log.h"
+#include "common/runtime/payload_memory.h"
 #include "common/runtime/sockets.h"
 #include "common/runtime/tcp_gate.h"
 #include "common/runtime/wire.h"
@@ -17,6 +19,7 @@ namespace mimesis::runtime {
 struct Incoming {
   WireMessage message;  ///< points into `header`
   Frame header, payload;
+  std::optional<PayloadPlace> place;  ///< of the payload, if it lies in the publisher's memory
 };
 
 /// Receiving socket: subscriptions, and connections by the publisher's start_id.
@@ -72,10 +75,18 @@ class SubSocket {
   bool receive(Incoming& incoming) {
     while (socket_.receive_first(incoming.header)) {
       const auto message = decode_frame(incoming.header.view());
-      if (!message || !incoming.header.more() || !socket_.receive(incoming.payload) ||
-          incoming.payload.more()) {
+      if (!message || !incoming.header.more() || !socket_.receive(incoming.payload)) {
         ++malformed_;
         continue;
+      }
+      incoming.place.reset();
+      if (incoming.payload.more()) {
+        Frame place;
+        if (socket_.receive(place) && !place.more()) incoming.place = decode_place(place.view());
+        if (!incoming.place) {
+          ++malformed_;
+          continue;
+        }
       }
       incoming.message = *message;
       return true;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -68,10 +69,12 @@ class Input {
     if (place == SeqOrder::Place::far) ++counters.rejected;
     return place == SeqOrder::Place::next;
   }
-  void push(Received message) {
+  /// With `memory` the payload is read there when the message is taken.
+  void push(Received message, std::shared_ptr<MappedPayloads> memory = nullptr,
+            const PayloadPlace& place = {}) {
     ++counters.received;
     newest = message.stamp;
-    pending_.push_back(std::move(message));
+    pending_.push_back({std::move(message), std::move(memory), place});
     const std::size_t depth = options_.policy == Policy::latest  ? 1
                               : options_.policy == Policy::queue ? options_.depth
                                                                  : kReliableDepth;
@@ -82,11 +85,18 @@ class Input {
   }
   /// `now`: time of the step; 0: there are none
   std::optional<Received> pop(Time now) {
-    if (pending_.empty()) return std::nullopt;
-    Received message = std::move(pending_.front());
-    pending_.pop_front();
-    if (now != Time(0)) latencies_.add(now - message.stamp);
-    return message;
+    while (!pending_.empty()) {
+      Pending next = std::move(pending_.front());
+      pending_.pop_front();
+      Received& message = next.message;
+      if (next.memory != nullptr && !next.memory->read(next.place, message.payload)) {
+        ++counters.dropped;  // overwritten: a newer one is on its way
+        continue;
+      }
+      if (now != Time(0)) latencies_.add(now - message.stamp);
+      return std::move(message);
+    }
+    return std::nullopt;
   }
   void report(Time now, v1::InputHealth& health) {
     health.set_topic(topic_);
@@ -97,7 +107,7 @@ class Input {
     if (counters.received > 0) health.set_age_s(to_seconds(now - newest));
     latencies_.report(health);
     health.set_queued(pending_.size());
-    if (!pending_.empty()) health.set_queue_age_s(to_seconds(now - pending_.front().stamp));
+    if (!pending_.empty()) health.set_queue_age_s(to_seconds(now - pending_.front().message.stamp));
   }
 
   InCounters counters;
@@ -106,11 +116,17 @@ class Input {
  private:
   static constexpr std::size_t kReliableDepth = 200'000;  // of an input nobody reads
 
+  struct Pending {
+    Received message;
+    std::shared_ptr<MappedPayloads> memory;  ///< null: the message holds its payload
+    PayloadPlace place;
+  };
+
   std::string topic_, owner_;
   std::uint64_t hash_;
   InOptions options_;
   bool takes_first_;
-  std::deque<Received> pending_;
+  std::deque<Pending> pending_;
   Latencies latencies_;
   std::map<std::uint64_t, SeqOrder> order_;  ///< by start_id
 };
@@ -156,6 +172,8 @@ class Subscriber {
     known_.erase(node.start_id());
   }
   void forget(const v1::NodeInfo& node) {
+    const int pid = static_cast<int>(node.pid());
+    std::erase_if(mapped_, [pid](const auto& one) { return one.first.first == pid; });
     data_.retire(node.start_id());
     reliable_.retire(node.start_id());
   }
@@ -198,6 +216,8 @@ class Subscriber {
   void* data_handle() const { return data_.handle(); }
   void* reliable_handle() const { return reliable_.handle(); }
   std::uint64_t malformed() const { return data_.malformed() + reliable_.malformed() + strangers_; }
+  /// False once a publisher's memory could not be mapped: it shall send copies.
+  bool maps() const { return maps_; }
 
  private:
   static constexpr int kDataHighWater = 32;
@@ -214,7 +234,7 @@ class Subscriber {
     Incoming incoming;
     int n = 0;
     for (; n < kDrainMessages && socket.receive(incoming); ++n) {
-      dispatch(incoming, incoming.payload, reliable);
+      dispatch(incoming, reliable);
     }
     return n > 0;
   }
@@ -235,7 +255,15 @@ class Subscriber {
     }
     return false;
   }
-  void dispatch(const Incoming& incoming, Frame& payload, bool reliable) {
+  /// The publisher's memory that holds the payload; null: it has ended, or cannot be mapped.
+  std::shared_ptr<MappedPayloads> memory(const Incoming& incoming) {
+    const int pid = incoming.header.peer_pid();
+    auto& mapped = mapped_[{pid, incoming.place->fd}];
+    if (mapped == nullptr) mapped = MappedPayloads::open(pid, incoming.place->fd);
+    if (mapped == nullptr && errno != ENOENT) maps_ = false;
+    return mapped;
+  }
+  void dispatch(Incoming& incoming, bool reliable) {
     const WireHeader& header = incoming.message.header;
     const auto it = inputs_.find(incoming.message.topic);
     if (it == inputs_.end()) return;
@@ -265,15 +293,27 @@ class Subscriber {
     };
     if (lockstep_ && known->second.member) {
       if (!usable(*it->second.front())) return;
-      message.payload = payload.view();
+      message.payload = incoming.payload.view();
       kept_[{header.start_id, it->first}].push_back(std::move(message));
       return;  // deliver() hands it to all inputs of the topic
     }
+    if (incoming.place) {
+      for (const auto& input : it->second) {
+        if (input->policy() != Policy::latest || !usable(*input)) continue;
+        if (auto mapped = memory(incoming)) {
+          input->push(message, std::move(mapped), *incoming.place);
+        } else {
+          ++input->counters.lost;
+        }
+      }
+      return;
+    }
+    const std::string_view payload = incoming.payload.view();
     Input* last = nullptr;  // it takes what the others copy
     for (const auto& input : it->second) {
       if (!usable(*input)) continue;
       if (last == nullptr) {
-        message.payload = payload.view();
+        message.payload = payload;
       } else {
         last->push(message);
       }
@@ -293,6 +333,8 @@ class Subscriber {
   std::map<std::string, std::uint64_t, std::less<>> current_;  ///< start_id last met, by name
   std::set<std::pair<std::uint64_t, int>> said_;  ///< starts and processes that were refused
   std::uint64_t strangers_ = 0;                   ///< messages of starts that were never met
+  std::map<std::pair<int, std::uint64_t>, std::shared_ptr<MappedPayloads>> mapped_;  ///< by pid, fd
+  bool maps_ = true;
   std::map<std::pair<std::uint64_t, std::string>, std::deque<Received>> kept_;
 };
 

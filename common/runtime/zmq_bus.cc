@@ -158,6 +158,8 @@ struct ZmqBus::Impl {
   void await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects);
   void check_wiring() const;
   std::string topic_of_output(std::string_view port) const;
+  /// Tells the publisher who takes large payloads from memory.
+  void find_mapping();
   /// @throws ConfigError if the node publishes the topic already.
   Publisher::Topic& add_output(std::string_view port, const std::string& topic,
                                const std::string& type, std::uint64_t hash, std::string descriptors,
@@ -187,6 +189,7 @@ struct ZmqBus::Impl {
   std::vector<int> served_fds;     ///< file descriptors of the sockets that are always served
   std::vector<pollfd> waiting_on;  ///< of the current wait
   bool info_changed = true;
+  std::uint64_t mapping_found = 0;    ///< data subscriptions at the last find_mapping; 0: due
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up
   std::uint64_t told_overflow = 0;
@@ -203,7 +206,7 @@ ZmqBus::Impl::Impl(BusOptions o)
       publisher(context, info.start_id()),
       subscriber(context, gate, info.start_id(), options.clock == ClockKind::lockstep),
       server(context),
-      registry(directory) {
+      registry(directory, false) {
   info.set_started_ns(static_cast<std::uint64_t>(time.now().count()));
   // Names of a start are unique: no process reconnects to the socket of a predecessor.
   const std::string stem = "ipc://" + directory + "/" + options.name + "-" +
@@ -220,6 +223,7 @@ ZmqBus::Impl::Impl(BusOptions o)
   bind(publisher.data_socket(), ".d", 1, *info.mutable_data_endpoints());
   bind(publisher.reliable_socket(), ".r", 2, *info.mutable_reliable_endpoints());
   info.set_public_key(gate.public_key());
+  info.set_maps_payloads(options.clock != ClockKind::lockstep);
 }
 
 void ZmqBus::Impl::tell_mismatches(const v1::NodeInfo& other) {
@@ -230,6 +234,11 @@ void ZmqBus::Impl::tell_mismatches(const v1::NodeInfo& other) {
 }
 
 void ZmqBus::Impl::publish_info() {
+  if (info.maps_payloads() && !subscriber.maps()) {
+    warn("the memory of a publisher cannot be mapped: large messages come as copies");
+    info.set_maps_payloads(false);
+    info_changed = true;
+  }
   if (!info_changed) return;
   info_changed = false;
   entry.publish(info);
@@ -283,6 +292,7 @@ void ZmqBus::Impl::discover() {
 
 void ZmqBus::Impl::meet(const v1::NodeInfo& node) {
   known[node.start_id()] = node;
+  mapping_found = 0;
   tell_mismatches(node);
   subscriber.meet(node);
   choose_authors();
@@ -337,7 +347,28 @@ void ZmqBus::Impl::forget(const v1::NodeInfo& node) {
   subscriber.forget(node);
   clients.erase(node.start_id());
   known.erase(node.start_id());
+  mapping_found = 0;
   choose_authors();
+}
+
+void ZmqBus::Impl::find_mapping() {
+  mapping_found = publisher.data_subscriptions();
+  std::map<std::string, std::vector<int>, std::less<>> mapping;
+  for (const auto& [start_id, node] : known) {
+    if (!node.maps_payloads() || node.data_endpoints().empty() ||
+        !node.data_endpoints(0).starts_with("ipc://"))
+      continue;
+    // One connection for all inputs of a topic: another policy wants copies.
+    std::map<std::string, bool, std::less<>> latest;
+    for (const v1::TopicInfo& input : node.inputs()) {
+      const auto [it, added] = latest.emplace(input.topic(), true);
+      it->second = it->second && input.policy() == policy_name(Policy::latest);
+    }
+    for (const auto& [topic, all] : latest) {
+      if (all) mapping[topic].push_back(static_cast<int>(node.pid()));
+    }
+  }
+  publisher.map_for(mapping);
 }
 
 void ZmqBus::Impl::serve_arrived() {
@@ -532,6 +563,8 @@ Publisher::Topic& ZmqBus::Impl::add_output(std::string_view port, const std::str
 }
 
 void ZmqBus::Impl::send(Publisher::Topic& topic, Frame payload, Time stamp) {
+  if (payload.size() >= kMappedPayload && mapping_found != publisher.data_subscriptions())
+    find_mapping();
   const bool lockstep = options.clock == ClockKind::lockstep;
   const std::uint64_t seq = publisher.send(topic, std::move(payload), stamp,
                                            lockstep ? static_cast<std::uint64_t>(tick.count()) : 0);

@@ -36,7 +36,7 @@ TEST(Registry, AKilledNodeIsKnownToBeDeadAtOnce) {
   }
   char byte = 0;
   ASSERT_EQ(read(ready[0], &byte, 1), 1);
-  Registry registry(graph.directory());
+  Registry registry(graph.directory(), true);
   ASSERT_EQ(registry.poll().size(), 1U);
   pollfd death{registry.fd(), POLLIN, 0};
   EXPECT_EQ(poll(&death, 1, 0), 0) << "it lives";
@@ -64,7 +64,7 @@ TEST(Registry, SkipsEntriesThatAreNoSmallFiles) {
   std::ofstream(nodes + std::string(120, 'n')).close();
   ::testing::internal::CaptureStderr();
   for (int k = 0; k < 3; ++k) {
-    Registry registry(graph.directory());
+    Registry registry(graph.directory(), true);
     EXPECT_TRUE(registry.poll().empty());
     EXPECT_TRUE(registry.nodes().empty());
   }

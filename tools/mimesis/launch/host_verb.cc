@@ -46,7 +46,7 @@ class HostAgent {
       : life_(std::move(life)),
         lease_(from_seconds(options.lease_s)),
         directory_(runtime::graph_directory(options.graph)),
-        registry_((clean_folder(directory_), directory_)),
+        registry_((clean_folder(directory_), directory_), true),
         time_(directory_),
         far_(directory_),
         local_(directory_) {

@@ -99,6 +99,7 @@ std::vector<HostEvent> LocalHost::poll() {
   std::vector<HostEvent> events = std::exchange(failed_, {});
   const nanoseconds passed = watched_.passed(std::chrono::steady_clock::now());
   if (units_) units_->poll();
+  const std::set<int> ready = readable();
   // Not for ever: whoever floods the socket must not keep the supervisor from its work.
   for (int left = kSignsPerTurn; left > 0; --left) {
     const auto sign = watchdog_.next();
@@ -116,21 +117,24 @@ std::vector<HostEvent> LocalHost::poll() {
   for (auto it = running_.begin(); it != running_.end();) {
     const std::string& name = it->first;
     auto& process = it->second;
-    const auto read_all = [&] {
+    const auto read_all = [&](bool ended) {
       for (const Kind kind : {Kind::output, Kind::error}) {
         const bool out = kind == Kind::output;
-        pump(out ? process.child.out : process.child.err, out ? process.out : process.err,
-             [&](std::string line) {
-               if (!process.unit.empty()) units_->log(process.unit, line);
-               events.push_back({.node = name, .kind = kind, .text = std::move(line)});
-             });
+        Fd& from = out ? process.child.out : process.child.err;
+        if (!ended && !ready.contains(from.get())) continue;
+        pump(from, out ? process.out : process.err, [&](std::string line) {
+          if (!process.unit.empty()) units_->log(process.unit, line);
+          events.push_back({.node = name, .kind = kind, .text = std::move(line)});
+        });
       }
     };
-    read_all();
+    read_all(false);
     if (!process.checked && (process.unit.empty() || units_->active(process.unit)))
       check(name, process, false, events);
-    if (const auto end = reap(process)) {
-      read_all();
+    const Fd& pidfd = process.child.pidfd;
+    const bool living = process.unit.empty() && pidfd.open() && !ready.contains(pidfd.get());
+    if (const auto end = living ? std::nullopt : reap(process)) {
+      read_all(true);
       for (std::string* partial : {&process.out, &process.err}) {
         const Kind kind = partial == &process.out ? Kind::output : Kind::error;
         if (!partial->empty()) events.push_back({.node = name, .kind = kind, .text = *partial});
@@ -153,6 +157,17 @@ std::vector<HostEvent> LocalHost::poll() {
     ++it;
   }
   return events;
+}
+
+std::set<int> LocalHost::readable() const {
+  std::vector<pollfd> fds;
+  watch(fds);
+  ::poll(fds.data(), fds.size(), 0);
+  std::set<int> ready;
+  for (const pollfd& one : fds) {
+    if (one.revents != 0) ready.insert(one.fd);
+  }
+  return ready;
 }
 
 void LocalHost::watch(std::vector<pollfd>& fds) const {

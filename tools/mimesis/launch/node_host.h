@@ -4,6 +4,7 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,7 @@ class LocalHost final : public NodeHost {
     bool checked = false, refused = false;
   };
   pid_t pid(const Running& process) const;
+  std::set<int> readable() const;  ///< file descriptors of `watch`
   std::optional<Units::End> reap(Running& process);
   /// Reads back what the system granted it. `ready`: it has done what it can itself.
   void check(const std::string& node, Running& process, bool ready, std::vector<HostEvent>& events);

@@ -231,7 +231,7 @@ class Supervisor {
         end_(end_fd),
         directory_(runtime::graph_directory(run.graph)),
         // A run before this one may have been killed.
-        registry_((clean_folder(directory_), directory_)),
+        registry_((clean_folder(directory_), directory_), true),
         hosts_(graph, run, directory_) {
     for (const NodeSpec& spec : graph.nodes) {
       nodes_.push_back(
@@ -315,30 +315,32 @@ class Supervisor {
   }
 
   /// Nodes of the run that do not understand each other: a lock-step would wait at every message.
-  void compare_types() {
+  void compare_types(const v1::NodeInfo& changed) {
     const auto ours = [this](const v1::NodeInfo& info) {
       return std::ranges::any_of(nodes_,
                                  [&](const auto& node) { return hosts_.runs(node->spec, info); });
     };
-    for (const auto& [name_a, a] : registry_.nodes()) {
-      for (const auto& [name_b, b] : registry_.nodes()) {
-        const auto lines = runtime::type_mismatches(a, b);
-        if (!lines.empty() && ours(a) && ours(b)) return end_run(2, lines.front());
-      }
+    if (!ours(changed)) return;
+    for (const auto& [name, other] : registry_.nodes()) {
+      const auto lines = runtime::type_mismatches(other, changed);
+      if (!lines.empty() && ours(other)) return end_run(2, lines.front());
     }
   }
 
   void follow_registry() {
     const auto news = registry_.poll();
     hosts_.tell(news);
-    if (!news.empty()) compare_types();
-    for (const auto& [name, info] : registry_.nodes()) {
-      for (auto& node : nodes_) {
-        if (node->state != State::starting || !info.ready() || !hosts_.runs(node->spec, info))
-          continue;
-        node->set_ready();
-        say("{} is ready ({:.2f} s)", node->name(), to_seconds(Clock::now() - node->started));
-      }
+    for (const auto& [info, alive] : news) {
+      if (alive) compare_types(info);
+    }
+    for (auto& node : nodes_) {
+      if (node->state != State::starting) continue;
+      const bool ready = std::ranges::any_of(registry_.nodes(), [&](const auto& entry) {
+        return entry.second.ready() && hosts_.runs(node->spec, entry.second);
+      });
+      if (!ready) continue;
+      node->set_ready();
+      say("{} is ready ({:.2f} s)", node->name(), to_seconds(Clock::now() - node->started));
     }
   }
 

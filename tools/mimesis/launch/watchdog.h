@@ -14,7 +14,7 @@ namespace mimesis::launch {
 /// so that nodes seem to hang. The kernel says which process sent a sign.
 class Watchdog {
  public:
-  /// A node that is silent for this long is named.
+  /// A node that is silent for this long is named. Signs come three times as often.
   static constexpr std::chrono::milliseconds kNamed{900};
 
   /// `directory`: of the graph. @throws std::runtime_error without a socket.
@@ -58,7 +58,7 @@ class Silence {
   /// A sign came in the time that passed since the last look. Returns for how long the process hung
   /// before, if that had been named.
   std::optional<std::chrono::nanoseconds> heard(std::chrono::nanoseconds passed);
-  /// Looks at the process; true if it is to be named now.
+  /// Looks at the process if a sign is overdue; true if it is to be named now.
   bool look(pid_t pid, std::chrono::nanoseconds passed);
   bool reached(std::chrono::nanoseconds limit) const { return length_ && *length_ >= limit; }
   std::chrono::nanoseconds length() const { return length_.value_or(std::chrono::nanoseconds(0)); }
