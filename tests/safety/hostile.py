@@ -9,6 +9,7 @@ import time
 import zmq
 from google.protobuf import descriptor_pb2
 
+import strangers
 import trial  # noqa: F401  finds the package mimesis
 import mimesis
 from mimesis import graph as wire
@@ -311,7 +312,8 @@ def remove_rubbish(story):
     story.leftovers = [path for path in story.leftovers if not any(k.startswith(path) for k in kept)]
 
 
-KINDS = {f.__name__: f for f in (topics, endpoints, subscriptions, services, clock, hand, can, life, folders)}
+KINDS = {f.__name__: f for f in (topics, endpoints, subscriptions, services, clock, hand, can, life, folders, strangers.other_user,
+                                  strangers.second_launch, strangers.viewer)}
 
 
 def send(kind, run, rng, count):

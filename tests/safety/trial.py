@@ -5,6 +5,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -119,7 +120,8 @@ class Launch:
 
     def start(self, file, options=(), preload=None):
         environment = os.environ | {"XDG_STATE_HOME": str(self.folder / "state"), "TMPDIR": str(self.scratch)} | (preload or {})
-        command = [str(self.build / "bin/mimesis"), "launch", str(file), "--json", *options]
+        self.command = command = [str(self.build / "bin/mimesis"), "launch", str(file), "--json", *options]
+        self.trespass = ""  # what a stranger was let do
         self.errors, self.output = [], []  # (time of receipt, line)
         self.began, self.ended = time.monotonic(), None
         self.process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -206,18 +208,28 @@ class Launch:
 class Run(Launch):
     """A scenario that was launched, and its observer."""
 
-    def __init__(self, build, scenario, clock, preload=None):
+    def __init__(self, build, scenario, clock, preload=None, fifo=False):
         super().__init__(build)
         self.scenario, self.clock, self.log = scenario, clock, self.folder / "run.mcap"  # logs have 150 MB
         self.observer = Observer(scenario)
         self.observer.start()
         options = ["--arg", f"clock={clock}", "--arg", f"log={self.log}", *scenario.options]
         options += scenario.lockstep_options if clock == "lockstep" else ()
-        self.start(ROOT / f"launch/{scenario.name}.yaml", options, preload)
+        self.start((self._with_fifo() if fifo else ROOT / "launch") / f"{scenario.name}.yaml", options, preload)
 
     def __exit__(self, *_):
         self.observer.close()
         super().__exit__()
+
+    def _with_fifo(self):
+        """Copies of the launch files, whose nodes run at real-time priority, below the kernel's throttle."""
+        folder = self.folder / "launch"
+        shutil.copytree(ROOT / "launch", folder)
+        for file in (*folder.glob("*.yaml"), *folder.glob("parts/*.yaml")):
+            text, sched = file.read_text(), "sched: {policy: fifo, priority: 40}"
+            kept = re.sub(r"(?m)^defaults: \{", f"defaults: {{{sched}, ", text)
+            file.write_text(kept if kept != text else f"{text}\ndefaults: {{{sched}}}\n")
+        return folder
 
     def wait_until(self, condition, timeout_s):
         """False if the run ended or the time is up before the condition holds."""
