@@ -34,6 +34,15 @@ math::RoundBound around(const std::vector<math::RoundBound>& balls) {
   return out;
 }
 
+Eigen::ArrayX4d rows(const std::vector<math::RoundBound>& balls) {
+  Eigen::ArrayX4d out(std::ssize(balls), 4);
+  for (Eigen::Index i = 0; i < out.rows(); ++i) {
+    const math::RoundBound& ball = balls[static_cast<std::size_t>(i)];
+    out.row(i) << ball.center.x(), ball.center.y(), ball.center.z(), ball.radius;
+  }
+  return out;
+}
+
 }  // namespace
 
 PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, double margin_m)
@@ -54,12 +63,16 @@ PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, d
         {arm.dof(), hand, true});
   const std::size_t moving_parts = parts_.size(), moving_bodies = bodies_.size();
   add_obstacles(obstacles);
+  for (Part& part : parts_) part.cover = rows(part.shape.cover);
   for (Body& body : bodies_) {
+    std::vector<math::RoundBound> all;
     for (const std::size_t part : body.parts) {
       const std::vector<math::RoundBound>& cover = parts_[part].shape.cover;
-      body.cover.insert(body.cover.end(), cover.begin(), cover.end());
+      all.insert(all.end(), cover.begin(), cover.end());
     }
-    body.around = around(body.cover);
+    body.cover = rows(all);
+    body.around = around(all);
+    body.around_cover = rows({body.around});
     // From the body inwards: its farthest point from the origin of a frame, then from the axis.
     double reach = body.around.center.norm() + body.around.radius;
     body.lever_m.resize(static_cast<std::size_t>(body.frame));
@@ -163,16 +176,18 @@ void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
 }
 
 /// D of BatchChecker::judge_motions, of balls in one frame.
-double PartChecker::motion(std::span<const math::RoundBound> cover, std::vector<double>& known,
-                           std::size_t frame, std::size_t relative_to) const {
+double PartChecker::motion(const Cover& cover, std::vector<double>& known, std::size_t frame,
+                           std::size_t relative_to) const {
   if (!known.empty()) return known[relative_to];
   known.assign(frame + 1, 0.0);  // first how far they reach from the axes
-  for (const math::RoundBound& ball : cover) {
-    const Eigen::Vector3d center = frames_[frame] * ball.center;
-    for (std::size_t j = 0; j < frame; ++j) {
-      const Eigen::Vector3d from_axis = center - origins_[j];
-      known[j] = std::max(known[j], from_axis.cross(directions_[j]).norm() + ball.radius);
-    }
+  const Eigen::Isometry3d X_FW = frames_[frame].inverse(Eigen::Isometry);
+  for (std::size_t j = 0; j < frame; ++j) {
+    const Eigen::Vector3d o = X_FW * origins_[j], d = X_FW.linear() * directions_[j];
+    const auto x = cover.col(0) - o.x(), y = cover.col(1) - o.y(), z = cover.col(2) - o.z();
+    // |v x d|^2 by its components: |v|^2 - (v d)^2 would cancel near the axis.
+    const auto off_axis = (y * d.z() - z * d.y()).square() + (z * d.x() - x * d.z()).square() +
+                          (x * d.y() - y * d.x()).square();
+    known[j] = (off_axis.sqrt() + cover.col(3)).maxCoeff();
   }
   double moved = 0.0;
   for (std::size_t j = frame; j-- > 0;) {
@@ -260,7 +275,7 @@ bool PartChecker::touches(Pair& pair, Verdict& verdict) {
   if (apart >= most_motion_[o]) return false;
   const auto frame = static_cast<std::size_t>(outer.frame),
              below = static_cast<std::size_t>(inner.frame);
-  if (apart >= motion({&outer.around, 1}, around_motion_[o], frame, below)) return false;
+  if (apart >= motion(outer.around_cover, around_motion_[o], frame, below)) return false;
   const double all_moved = motion(outer.cover, body_motion_[o], frame, below);
   if (apart >= all_moved) return false;
   const Eigen::Isometry3d X_IO = between(inner, outer);
@@ -288,7 +303,7 @@ bool PartChecker::touches(Pair& pair, Verdict& verdict) {
       const double rough =
           (center_b - round_a.center).norm() - round_a.radius - round_b.radius - margin_;
       if (rough >= all_moved) continue;
-      const double moved = motion(parts_[b].shape.cover, motion_[b], frame, below);
+      const double moved = motion(parts_[b].cover, motion_[b], frame, below);
       if (rough >= moved) continue;
       const double far = margin_ + moved;
       const math::Gap gap = math::gap_between(parts_[a].shape.shape, parts_[b].shape.shape, X_IO,

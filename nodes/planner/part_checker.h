@@ -1,5 +1,4 @@
 #pragma once
-#include <span>
 #include <string>
 #include <vector>
 
@@ -32,10 +31,13 @@ class PartChecker {
   std::string nearest(const Eigen::Ref<const Eigen::VectorXd>& q);
 
  private:
+  /// Balls, a row each: centre and radius, in their frame or in W.
+  using Cover = Eigen::ArrayX4d;
   struct Part {
     kin::SafetyPart shape;  // in its frame, or in W
     std::string name;
     math::RoundBound around{};  // the cover
+    Cover cover{};
   };
   /// Parts of a frame and group, or obstacles that are near each other.
   struct Body {
@@ -44,7 +46,7 @@ class PartChecker {
     std::size_t number = 0;  // of obstacles
     std::vector<std::size_t> parts{};
     const math::ConvexPart* hull = nullptr;  // around several parts; none: all are looked at
-    std::vector<math::RoundBound> cover{};
+    Cover cover{}, around_cover{};           // the latter holds the former in a ball
     math::RoundBound around{};
     std::vector<double>
         lever_m{};  // its farthest point is at most so far from axes below its frame
@@ -59,8 +61,8 @@ class PartChecker {
   void add_obstacles(const Obstacles& obstacles);
   void add(kin::SafetyPart shape, std::string name, Body body);
   void place(const Eigen::Ref<const Eigen::VectorXd>& q);
-  double motion(std::span<const math::RoundBound> cover, std::vector<double>& known,
-                std::size_t frame, std::size_t relative_to) const;
+  double motion(const Cover& cover, std::vector<double>& known, std::size_t frame,
+                std::size_t relative_to) const;
   bool touches(Pair& pair, Verdict& verdict);
   bool free_in_box(Pair& pair, const Eigen::VectorXd& q);
   Eigen::Isometry3d between(const Body& inner, const Body& outer) const;
