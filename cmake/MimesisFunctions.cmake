@@ -61,6 +61,19 @@ function(mimesis_executable name)
   mimesis_compile(${name} ${arg_HEADERS})
 endfunction()
 
+# A program for libFuzzer, with those of preset `fuzz` alone. Target `fuzzers` builds all.
+function(mimesis_fuzzer name)
+  if(NOT MIMESIS_FUZZ)
+    return()
+  endif()
+  mimesis_executable(${name} ${ARGN})
+  target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+  if(NOT TARGET fuzzers)
+    add_custom_target(fuzzers)
+  endif()
+  add_dependencies(fuzzers ${name})
+endfunction()
+
 # The words of --help and --describe for a node's parameters: comments at their declarations in `main` and what it includes.
 find_program(MIMESIS_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH)
 function(mimesis_explain name main)

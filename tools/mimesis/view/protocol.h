@@ -21,7 +21,7 @@ inline constexpr std::array<std::string_view, 2> kSubprotocols{"foxglove.sdk.v1"
                                                                "foxglove.websocket.v1"};
 
 struct Channel {
-  std::uint32_t id = 0;  ///< stands for the same topic and type as long as the server node_runs
+  std::uint32_t id = 0;  ///< stands for the same topic and type as long as the server runs
   std::string topic, type;
   std::string descriptors;  ///< serialised FileDescriptorSet
   bool latched = false;     ///< its last message goes to whoever comes later
