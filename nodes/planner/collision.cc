@@ -246,13 +246,18 @@ CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& ob
   line_parts_.reserve(8 * kLanes);
 }
 
-PartChecker::Verdict CollisionChecker::judge_parts(int lane, bool motion) {
+void CollisionChecker::take_lane(int lane) {
   for (Eigen::Index j = 0; j < q_.size(); ++j) {
     q_[j] = static_cast<double>(lanes_.q[static_cast<std::size_t>(j)][lane]);
-    deviation_[j] =
-        motion ? static_cast<double>(lanes_.deviation[static_cast<std::size_t>(j)][lane]) : 0.0;
+    deviation_[j] = static_cast<double>(lanes_.deviation[static_cast<std::size_t>(j)][lane]);
   }
-  return parts_->judge(q_, deviation_);
+}
+
+bool CollisionChecker::parts_free(int lane) {
+  if (!parts_) return false;
+  take_lane(lane);
+  deviation_.setZero();
+  return parts_->judge(q_, deviation_) == PartChecker::Verdict::free;
 }
 
 bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
@@ -260,8 +265,7 @@ bool CollisionChecker::free(const Eigen::Ref<const Eigen::VectorXd>& q) {
   for (Eigen::Index j = 0; j < q.size(); ++j)
     lanes_.q[static_cast<std::size_t>(j)] = static_cast<float>(q[j]) - Lanes{};
   ++postures_;
-  return batch_.judge(lanes_).touches == 0 ||
-         (parts_ && judge_parts(0, false) == PartChecker::Verdict::free);
+  return batch_.judge(lanes_).touches == 0 || parts_free(0);
 }
 
 std::vector<char> CollisionChecker::free_columns(
@@ -276,8 +280,7 @@ std::vector<char> CollisionChecker::free_columns(
     const std::uint32_t touches = batch_.judge(lanes_).touches;
     for (int lane = 0; lane < kLanes && first + lane < postures.cols(); ++lane)
       free[static_cast<std::size_t>(first + lane)] =
-          (touches >> lane & 1u) == 0 ||
-          (parts_ && judge_parts(lane, false) == PartChecker::Verdict::free);
+          (touches >> lane & 1u) == 0 || parts_free(lane);
     postures_ += std::min<Eigen::Index>(kLanes, postures.cols() - first);
   }
   return free;
@@ -288,6 +291,8 @@ std::vector<char> CollisionChecker::free_columns(
 template <class Motion>
 bool CollisionChecker::certify_family(const Motion& motion,
                                       std::vector<typename Motion::Part>& open, long most) {
+  near_.clear();
+  near_of_.assign(open.size(), {0, 0});
   for (std::size_t next = 0; next < open.size();) {
     if (interrupt_.now()) return false;
     const std::size_t count = std::min<std::size_t>(kLanes, open.size() - next);
@@ -301,13 +306,23 @@ bool CollisionChecker::certify_family(const Motion& motion,
     for (std::size_t lane = 0; lane < count; ++lane, ++next) {
       if (!touches && (verdicts.near >> lane & 1u) == 0) continue;
       auto verdict = PartChecker::Verdict::near;
-      const auto ask_parts = [&] { verdict = judge_parts(static_cast<int>(lane), true); };
+      // A half is a part of the whole: what was not near there is not asked again.
+      std::array<std::size_t, 2> near = near_of_[next];
+      const auto ask_parts = [&] {
+        take_lane(static_cast<int>(lane));
+        const std::vector<PartChecker::Near> only(near_.begin() + std::ptrdiff_t(near[0]),
+                                                  near_.begin() + std::ptrdiff_t(near[1]));
+        near[0] = near_.size();
+        verdict = parts_->judge(q_, deviation_, only, &near_);
+        near[1] = near_.size();
+      };
       if (touches) ask_parts();
       auto halves = motion.halves(open[next]);
       if (!touches && !halves && parts_) ask_parts();
       if (verdict == PartChecker::Verdict::free) continue;
       if (verdict == PartChecker::Verdict::touches || !halves) return false;
       open.insert(open.end(), halves->begin(), halves->end());
+      near_of_.insert(near_of_.end(), halves->size(), near);
     }
   }
   return true;
@@ -333,7 +348,7 @@ bool CollisionChecker::seems_free(const Eigen::Ref<const Eigen::VectorXd>& a,
   postures_ += kLanes;
   if (!batch_.any_touches(lanes_)) return true;
   for (int lane = 0; lane < kLanes; ++lane) {
-    if (!parts_ || judge_parts(lane, false) != PartChecker::Verdict::free) return false;
+    if (!parts_free(lane)) return false;
   }
   return true;
 }

@@ -80,7 +80,9 @@ class CollisionChecker {
   template <class Motion>
   bool certify_family(const Motion& motion, std::vector<typename Motion::Part>& open, long most);
 
-  PartChecker::Verdict judge_parts(int lane, bool motion);
+  /// Places lane's posture and deviation in scratch.
+  void take_lane(int lane);
+  bool parts_free(int lane);
 
   const kin::ArmModel& arm_;
   Obstacles obstacles_;
@@ -91,6 +93,9 @@ class CollisionChecker {
   BatchChecker::Postures lanes_;                  // scratch
   Eigen::VectorXd q_, deviation_;                 // scratch
   std::vector<std::array<float, 2>> line_parts_;  // scratch
+  // Scratch of certify_family: what PartChecker found near, and of each open part its share.
+  std::vector<PartChecker::Near> near_;
+  std::vector<std::array<std::size_t, 2>> near_of_;
   long postures_ = 0;
 };
 

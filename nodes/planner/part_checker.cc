@@ -111,6 +111,7 @@ PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, d
   motion_.resize(moving_parts);
   body_motion_.resize(moving_bodies);
   around_motion_.resize(moving_bodies);
+  axes_.resize(arm.links.size() + 1);
   origins_.resize(arm.links.size());
   directions_.resize(arm.links.size());
 }
@@ -173,16 +174,22 @@ void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
   }
   for (auto* all : {&motion_, &body_motion_, &around_motion_})
     for (std::vector<double>& known : *all) known.clear();
+  for (std::vector<Axis>& axes : axes_) axes.clear();
 }
 
 /// D of BatchChecker::judge_motions, of balls in one frame.
 double PartChecker::motion(const Cover& cover, std::vector<double>& known, std::size_t frame,
-                           std::size_t relative_to) const {
+                           std::size_t relative_to) {
   if (!known.empty()) return known[relative_to];
   known.assign(frame + 1, 0.0);  // first how far they reach from the axes
-  const Eigen::Isometry3d X_FW = frames_[frame].inverse(Eigen::Isometry);
+  std::vector<Axis>& axes = axes_[frame];
+  if (axes.empty()) {
+    const Eigen::Isometry3d X_FW = frames_[frame].inverse(Eigen::Isometry);
+    for (std::size_t j = 0; j < frame; ++j)
+      axes.push_back({X_FW * origins_[j], X_FW.linear() * directions_[j]});
+  }
   for (std::size_t j = 0; j < frame; ++j) {
-    const Eigen::Vector3d o = X_FW * origins_[j], d = X_FW.linear() * directions_[j];
+    const auto& [o, d] = axes[j];
     const auto x = cover.col(0) - o.x(), y = cover.col(1) - o.y(), z = cover.col(2) - o.z();
     // |v x d|^2 by its components: |v|^2 - (v d)^2 would cancel near the axis.
     const auto off_axis = (y * d.z() - z * d.y()).square() + (z * d.x() - x * d.z()).square() +
@@ -205,27 +212,43 @@ Eigen::Isometry3d PartChecker::between(const Body& inner, const Body& outer) con
 }
 
 PartChecker::Verdict PartChecker::judge(const Eigen::Ref<const Eigen::VectorXd>& q,
-                                        const Eigen::Ref<const Eigen::VectorXd>& deviation) {
+                                        const Eigen::Ref<const Eigen::VectorXd>& deviation,
+                                        std::span<const Near> only, std::vector<Near>* near) {
   deviation_ = deviation.cwiseAbs();
   place(q);
-  Verdict verdict = Verdict::free;
-  for (Pair& pair : pairs_) {
-    if (pair.settled) {
-      const Eigen::Index first = bodies_[pair.inner].frame, n = pair.lo.size();
-      const auto at = q.segment(first, n).array();
-      const auto by = deviation_.segment(first, n).array();
-      if ((at - by >= pair.lo.array()).all() && (at + by <= pair.hi.array()).all()) continue;
+  near_.clear();
+  const auto settled = [&](const Pair& pair) {
+    if (!pair.settled) return false;
+    const Eigen::Index first = bodies_[pair.inner].frame, n = pair.lo.size();
+    const auto at = q.segment(first, n).array();
+    const auto by = deviation_.segment(first, n).array();
+    return (at - by >= pair.lo.array()).all() && (at + by <= pair.hi.array()).all();
+  };
+  const auto all = static_cast<std::uint32_t>(pairs_.size());
+  for (std::uint32_t number = only.empty() ? 0 : only[0].pair; number < all;) {
+    const std::size_t of_pair = static_cast<std::size_t>(
+        std::ranges::find_if(only, [&](const Near& one) { return one.pair != number; }) -
+        only.begin());
+    if (!settled(pairs_[number]) && touches(number, only.first(of_pair), near_))
+      return Verdict::touches;
+    if (only.empty()) {
+      ++number;
+    } else {
+      only = only.subspan(of_pair);
+      if (only.empty()) break;
+      number = only[0].pair;
     }
-    if (touches(pair, verdict)) return Verdict::touches;
   }
-  return verdict;
+  if (near != nullptr) near->insert(near->end(), near_.begin(), near_.end());
+  return near_.empty() ? Verdict::free : Verdict::near;
 }
 
 void PartChecker::expect(const Eigen::Ref<const Eigen::VectorXd>& lo,
                          const Eigen::Ref<const Eigen::VectorXd>& hi) {
   constexpr int kMostJoints = 3;
   constexpr double kWider = 0.1;  // [rad]
-  for (Pair& pair : pairs_) {
+  for (std::uint32_t number = 0; number < pairs_.size(); ++number) {
+    Pair& pair = pairs_[number];
     const Body &inner = bodies_[pair.inner], &outer = bodies_[pair.outer];
     const Eigen::Index n = outer.frame - inner.frame;
     if (inner.obstacle || n < 1 || n > kMostJoints) continue;
@@ -235,12 +258,13 @@ void PartChecker::expect(const Eigen::Ref<const Eigen::VectorXd>& lo,
     if (in_box) continue;
     pair.lo = low.array() - kWider;
     pair.hi = high.array() + kWider;
-    pair.settled = free_in_box(pair, 0.5 * (lo + hi));
+    pair.settled = free_in_box(number, 0.5 * (lo + hi));
   }
 }
 
-bool PartChecker::free_in_box(Pair& pair, const Eigen::VectorXd& middle) {
+bool PartChecker::free_in_box(std::uint32_t number, const Eigen::VectorXd& middle) {
   constexpr std::size_t kMostBoxes = 256;
+  const Pair& pair = pairs_[number];
   const Body& outer = bodies_[pair.outer];
   const Eigen::Index first = bodies_[pair.inner].frame, n = pair.lo.size();
   Eigen::VectorXd q = middle;
@@ -251,9 +275,9 @@ bool PartChecker::free_in_box(Pair& pair, const Eigen::VectorXd& middle) {
     q.segment(first, n) = 0.5 * (lo + hi);
     deviation_.segment(first, n) = 0.5 * (hi - lo);
     place(q);
-    Verdict verdict = Verdict::free;
-    if (touches(pair, verdict)) return false;
-    if (verdict == Verdict::free) continue;
+    near_.clear();
+    if (touches(number, {}, near_)) return false;
+    if (near_.empty()) continue;
     if (open.size() + 2 > kMostBoxes) return false;
     Eigen::Index widest = 0;
     const auto levers = Eigen::VectorXd::Map(outer.lever_m.data() + first, n);
@@ -266,8 +290,11 @@ bool PartChecker::free_in_box(Pair& pair, const Eigen::VectorXd& middle) {
   return true;
 }
 
-/// @param verdict  becomes near if something may touch during the motion
-bool PartChecker::touches(Pair& pair, Verdict& verdict) {
+/// Whether the posture touches; what may touch during the motion is added to `near`.
+/// @param only  of this pair; empty: all of it
+bool PartChecker::touches(std::uint32_t number, std::span<const Near> only,
+                          std::vector<Near>& near) {
+  Pair& pair = pairs_[number];
   const std::size_t o = pair.outer;
   const Body &inner = bodies_[pair.inner], &outer = bodies_[o];
   const double apart = (centers_[pair.inner] - centers_[o]).norm() - inner.around.radius -
@@ -276,41 +303,40 @@ bool PartChecker::touches(Pair& pair, Verdict& verdict) {
   const auto frame = static_cast<std::size_t>(outer.frame),
              below = static_cast<std::size_t>(inner.frame);
   if (apart >= motion(outer.around_cover, around_motion_[o], frame, below)) return false;
-  const double all_moved = motion(outer.cover, body_motion_[o], frame, below);
-  if (apart >= all_moved) return false;
+  double all_moved = kNoLimit;
   const Eigen::Isometry3d X_IO = between(inner, outer);
-  if (inner.hull != nullptr || outer.hull != nullptr) {
-    const auto hull_of = [this](const Body& body) -> const math::ConvexPart* {
-      return body.hull != nullptr    ? body.hull
-             : body.parts.size() > 1 ? nullptr
-                                     : &parts_[body.parts.front()].shape.shape;
-    };
-    const math::ConvexPart *a = hull_of(inner), *b = hull_of(outer);
-    const double far = margin_ + all_moved;
-    if (a != nullptr && b != nullptr &&
-        math::gap_between(*a, *b, X_IO, -kNoLimit, far, pair.apart).at_least >= far)
-      return false;
-  }
-  if (pair.parts_apart.empty())
-    pair.parts_apart.assign(inner.parts.size() * outer.parts.size(), Eigen::Vector3d::Zero());
-  std::size_t index = 0;
-  for (const std::size_t b : outer.parts) {
-    const math::RoundBound& round_b = parts_[b].around;
-    const Eigen::Vector3d center_b = X_IO * round_b.center;
-    for (const std::size_t a : inner.parts) {
-      Eigen::Vector3d& direction = pair.parts_apart[index++];
-      const math::RoundBound& round_a = parts_[a].around;
-      const double rough =
-          (center_b - round_a.center).norm() - round_a.radius - round_b.radius - margin_;
-      if (rough >= all_moved) continue;
-      const double moved = motion(parts_[b].cover, motion_[b], frame, below);
-      if (rough >= moved) continue;
-      const double far = margin_ + moved;
-      const math::Gap gap = math::gap_between(parts_[a].shape.shape, parts_[b].shape.shape, X_IO,
-                                              margin_, far, direction);
-      if (gap.at_most < margin_) return true;
-      if (gap.at_least < far) verdict = Verdict::near;
+  if (only.empty()) {
+    all_moved = motion(outer.cover, body_motion_[o], frame, below);
+    if (apart >= all_moved) return false;
+    if (inner.hull != nullptr || outer.hull != nullptr) {
+      const auto hull_of = [this](const Body& body) -> const math::ConvexPart* {
+        return body.hull != nullptr    ? body.hull
+               : body.parts.size() > 1 ? nullptr
+                                       : &parts_[body.parts.front()].shape.shape;
+      };
+      const math::ConvexPart *a = hull_of(inner), *b = hull_of(outer);
+      const double far = margin_ + all_moved;
+      if (a != nullptr && b != nullptr &&
+          math::gap_between(*a, *b, X_IO, -kNoLimit, far, pair.apart).at_least >= far)
+        return false;
     }
+  }
+  const std::size_t of_inner = inner.parts.size(), count = of_inner * outer.parts.size();
+  if (pair.parts_apart.empty()) pair.parts_apart.assign(count, Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < (only.empty() ? count : only.size()); ++i) {
+    const std::size_t index = only.empty() ? i : only[i].parts;
+    const std::size_t a = inner.parts[index % of_inner], b = outer.parts[index / of_inner];
+    const math::RoundBound &round_a = parts_[a].around, &round_b = parts_[b].around;
+    const double rough =
+        (X_IO * round_b.center - round_a.center).norm() - round_a.radius - round_b.radius - margin_;
+    if (rough >= all_moved) continue;
+    const double moved = motion(parts_[b].cover, motion_[b], frame, below);
+    if (rough >= moved) continue;
+    const double far = margin_ + moved;
+    const math::Gap gap = math::gap_between(parts_[a].shape.shape, parts_[b].shape.shape, X_IO,
+                                            margin_, far, pair.parts_apart[index]);
+    if (gap.at_most < margin_) return true;
+    if (gap.at_least < far) near.push_back({number, static_cast<std::uint32_t>(index)});
   }
   return false;
 }

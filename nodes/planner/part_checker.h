@@ -1,4 +1,6 @@
 #pragma once
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,10 +20,22 @@ class PartChecker {
     near,     ///< of the posture; something may touch during the motion
     touches,  ///< the posture
   };
+  /// Two parts: of a pair of bodies, by their numbers.
+  struct Near {
+    std::uint32_t pair, parts;
+  };
   /// Posture q with all motions of the joints by ±deviation around it, both n [rad]. Of the motion,
   /// a part moves as BatchChecker::judge_motions says, with the balls that cover it.
   Verdict judge(const Eigen::Ref<const Eigen::VectorXd>& q,
-                const Eigen::Ref<const Eigen::VectorXd>& deviation);
+                const Eigen::Ref<const Eigen::VectorXd>& deviation) {
+    return judge(q, deviation, {}, nullptr);
+  }
+  /// Of motions that are a part of others judged before.
+  /// @param only  what was near in those: the rest is proven free; empty: all is looked at
+  /// @param near  not null: what is near is put behind this, in its order
+  Verdict judge(const Eigen::Ref<const Eigen::VectorXd>& q,
+                const Eigen::Ref<const Eigen::VectorXd>& deviation, std::span<const Near> only,
+                std::vector<Near>* near);
   /// Postures between lo and hi, n [rad], will be asked for: pairs of own links with few joints
   /// between them, which often are near each other all the time, are proven free once for a larger
   /// box of these joints, and not looked at again while the postures stay in it.
@@ -62,9 +76,9 @@ class PartChecker {
   void add(kin::SafetyPart shape, std::string name, Body body);
   void place(const Eigen::Ref<const Eigen::VectorXd>& q);
   double motion(const Cover& cover, std::vector<double>& known, std::size_t frame,
-                std::size_t relative_to) const;
-  bool touches(Pair& pair, Verdict& verdict);
-  bool free_in_box(Pair& pair, const Eigen::VectorXd& q);
+                std::size_t relative_to);
+  bool touches(std::uint32_t number, std::span<const Near> only, std::vector<Near>& near);
+  bool free_in_box(std::uint32_t number, const Eigen::VectorXd& q);
   Eigen::Isometry3d between(const Body& inner, const Body& outer) const;
 
   const kin::ArmModel& arm_;
@@ -76,6 +90,11 @@ class PartChecker {
   // Scratch, of the posture at hand.
   std::vector<Eigen::Isometry3d> frames_;
   std::vector<Eigen::Vector3d> origins_, directions_;  // of the joints' axes
+  struct Axis {
+    Eigen::Vector3d origin, direction;
+  };
+  std::vector<std::vector<Axis>> axes_;  // below a frame, in it; empty: not known yet
+  std::vector<Near> near_;
   Eigen::VectorXd deviation_;
   std::vector<Eigen::Vector3d> centers_;  // of bodies, obstacles last
   std::vector<double> most_motion_;       // of bodies that move
