@@ -83,7 +83,10 @@ bool is_name(std::string_view name) {
 
 using namespace std::chrono_literals;
 
-constexpr auto kLookPeriod = 20ms, kBusyLookPeriod = 2ms, kBusy = 500ms;
+constexpr auto kLookPeriod = 20ms;
+constexpr auto kBusy = 500ms, kBusyLookPeriod = 2ms;  // so long after a change
+constexpr auto kQuiet = 10s;                          // after a change, and from then on
+constexpr auto kQuietLookPeriod = 50ms;
 constexpr auto kWholePeriod = 1s;
 constexpr int kLooks = 20;  // 1 ms apart: a dying process closes its files, then drops the locks
 constexpr std::string_view kConductorSocket = "clock.sock";
@@ -447,7 +450,10 @@ std::vector<RegistryChange> Registry::poll() {
     const bool changed = changes_.look(directory_, now), whole = now >= next_whole_;
     if (whole) next_whole_ = now + kWholePeriod;
     if (whole || changed) scan(whole);
-    next_look_ = now + (now < changes_.changed() + kBusy ? kBusyLookPeriod : kLookPeriod);
+    const auto since = now - changes_.changed();
+    next_look_ = now + (since < kBusy    ? kBusyLookPeriod
+                        : since < kQuiet ? kLookPeriod
+                                         : kQuietLookPeriod);
   }
   std::vector<RegistryChange> changes;
   std::optional<Sockets> sockets;

@@ -87,8 +87,8 @@ struct RegistryChange {
 };
 
 /// The nodes of a graph. Births are seen in the directory's time of change, which is read every
-/// 20 ms, for half a second after a change every 2 ms; deaths at once, through pidfds. Entries that
-/// are no regular files of a bounded size are skipped, said once.
+/// 20 ms, for half a second after a change every 2 ms, 10 s after it every 50 ms; deaths at once,
+/// through pidfds. Entries that are no regular files of a bounded size are skipped, said once.
 class Registry {
  public:
   /// `descriptors`: those of the nodes' types are kept, which take 50 kB a node.

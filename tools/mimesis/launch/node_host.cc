@@ -1,7 +1,12 @@
 #include "tools/mimesis/launch/node_host.h"
 
+#include <sys/epoll.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
 #include <string_view>
 
 #include "tools/mimesis/launch/process.h"
@@ -36,6 +41,12 @@ void pump(Fd& from, std::string& partial, const std::function<void(std::string)>
 
 }  // namespace
 
+LocalHost::LocalHost(const std::string& directory)
+    : watchdog_(directory), epoll_(epoll_create1(EPOLL_CLOEXEC)) {
+  if (!epoll_.open()) throw std::runtime_error(std::string("no epoll: ") + std::strerror(errno));
+  wait_for(watchdog_.fd());
+}
+
 void LocalHost::start(const std::string& node, const Start& start) {
   try {
     Running& process = running_[node] = {};
@@ -49,6 +60,8 @@ void LocalHost::start(const std::string& node, const Start& start) {
       if (!units_) units_.emplace(watchdog_.environment("MIMESIS_"));
       units_->start(start, process.child.out, process.child.err);
     }
+    for (const Fd* fd : {&process.child.pidfd, &process.child.out, &process.child.err})
+      wait_for(fd->get());
   } catch (const std::runtime_error& e) {
     running_.erase(node);
     failed_.push_back({.node = node, .kind = Kind::failed, .text = e.what()});
@@ -159,25 +172,23 @@ std::vector<HostEvent> LocalHost::poll() {
   return events;
 }
 
+void LocalHost::wait_for(int fd) {
+  epoll_event event{.events = EPOLLIN, .data = {.fd = fd}};
+  if (fd >= 0) epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);  // who closes it takes it out
+}
+
 std::set<int> LocalHost::readable() const {
-  std::vector<pollfd> fds;
-  watch(fds);
-  ::poll(fds.data(), fds.size(), 0);
   std::set<int> ready;
-  for (const pollfd& one : fds) {
-    if (one.revents != 0) ready.insert(one.fd);
-  }
+  std::array<epoll_event, 256> events;
+  const int count =
+      epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), /*timeout=*/0);
+  for (int i = 0; i < count; ++i) ready.insert(events[static_cast<std::size_t>(i)].data.fd);
   return ready;
 }
 
 void LocalHost::watch(std::vector<pollfd>& fds) const {
-  fds.push_back({watchdog_.fd(), POLLIN, 0});
+  fds.push_back({epoll_.get(), POLLIN, 0});
   if (units_) fds.push_back({units_->fd(), units_->events(), 0});
-  for (const auto& [name, process] : running_) {
-    for (const Fd* fd : {&process.child.pidfd, &process.child.out, &process.child.err}) {
-      if (fd->open()) fds.push_back({fd->get(), POLLIN, 0});
-    }
-  }
 }
 
 }  // namespace mimesis::launch

@@ -52,7 +52,7 @@ class NodeHost {
 class LocalHost final : public NodeHost {
  public:
   /// `directory`: of the graph. @throws std::runtime_error without a socket in it.
-  explicit LocalHost(const std::string& directory) : watchdog_(directory) {}
+  explicit LocalHost(const std::string& directory);
   bool up() const override { return true; }
   void start(const std::string& node, const Start& start) override;
   void send(const std::string& node, int signal) override;
@@ -71,12 +71,14 @@ class LocalHost final : public NodeHost {
     bool checked = false, refused = false;
   };
   pid_t pid(const Running& process) const;
-  std::set<int> readable() const;  ///< file descriptors of `watch`
+  void wait_for(int fd);
+  std::set<int> readable() const;  ///< of those waited for
   std::optional<Units::End> reap(Running& process);
   /// Reads back what the system granted it. `ready`: it has done what it can itself.
   void check(const std::string& node, Running& process, bool ready, std::vector<HostEvent>& events);
 
   Watchdog watchdog_;
+  Fd epoll_;  ///< of signs of life and of children: what many idle nodes cost does not grow
   std::optional<Units> units_;  ///< once a node needs them
   Watched watched_;
   std::map<std::string, Running> running_;
