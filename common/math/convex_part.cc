@@ -16,12 +16,6 @@ constexpr Eigen::Index kWide = 4;
 using Wide = double __attribute__((vector_size(8 * kWide)));
 using WideIndex = std::int64_t __attribute__((vector_size(8 * kWide)));
 
-__attribute__((always_inline)) inline Wide loaded(const double* from) {
-  Wide to;
-  std::memcpy(&to, from, sizeof to);
-  return to;
-}
-
 /// Row of the point that is farthest along a direction.
 MIMESIS_VECTOR_CLONES
 Eigen::Index farthest(const Eigen::MatrixX3d& points, const Vector3d& along) {
@@ -34,7 +28,11 @@ Eigen::Index farthest(const Eigen::MatrixX3d& points, const Vector3d& along) {
     Wide most = best - Wide{};
     WideIndex at{}, index{0, 1, 2, 3};
     for (Eigen::Index i = 0; i + kWide <= n; i += kWide, index += kWide) {
-      const Wide d = ax * loaded(x + i) + ay * loaded(y + i) + az * loaded(z + i);
+      Wide xs, ys, zs;
+      std::memcpy(&xs, x + i, sizeof xs);
+      std::memcpy(&ys, y + i, sizeof ys);
+      std::memcpy(&zs, z + i, sizeof zs);
+      const Wide d = ax * xs + ay * ys + az * zs;
       const WideIndex more = d > most;
       most = more ? d : most;
       at = more ? index : at;

@@ -101,7 +101,7 @@ tl::expected<Request, std::string> parse(const Json& json) {
     return WatchParameters{list<std::string>(json, "parameterNames"), !off};
   if (op == "subscribeConnectionGraph") return WatchConnections{true};
   if (op == "unsubscribeConnectionGraph") return WatchConnections{false};
-  return tl::unexpected(fmt::format("this server does not do \"{}\"", op));
+  return tl::unexpected(fmt::format("this server does not do \"{:.100}\"", op));
 }
 
 }  // namespace
@@ -218,7 +218,10 @@ tl::expected<Request, std::string> parse_text(std::string_view text) {
   try {
     return parse(Json::parse(text));   // a callback that watches the depth makes it quadratic
   } catch (const std::exception& e) {  // of the library or ours: all say what was expected
-    return tl::unexpected(std::string("not understood: ") + e.what());
+    constexpr std::size_t kMostBytes = 300;  // the library repeats what it has read
+    std::string why = e.what();
+    if (why.size() > kMostBytes) why = why.substr(0, kMostBytes) + " ...";
+    return tl::unexpected("not understood: " + why);
   }
 }
 

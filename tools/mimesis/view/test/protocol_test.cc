@@ -110,6 +110,16 @@ TEST(Protocol, ReadsTheLargestMessageInLinearTime) {
   EXPECT_FALSE(parse_text(text + "]}")) << "they have no ids";
 }
 
+/// The library's reason repeats what it has read, control characters eightfold.
+TEST(Protocol, RefusesInALine) {
+  for (const std::string& text : {"{\"D\"" + std::string(1 << 20, '\n') + "x",
+                                  R"({"op": ")" + std::string(1 << 20, 'x') + R"("})"}) {
+    const auto parsed = parse_text(text);
+    ASSERT_FALSE(parsed);
+    EXPECT_LT(parsed.error().size(), 400U);
+  }
+}
+
 TEST(Protocol, RefusesDeepNesting) {
   for (const char* open : {"[", "{\"a\":"}) {
     std::string text;
