@@ -38,8 +38,9 @@ void SteadyPlace::update(const std::optional<Vector2d>& place_m, double area) {
 namespace {
 
 Segmentation segmentation_for(const WatcherSetup& setup) {
-  return {setup.spots ? ColorTable(*setup.spots) : ColorTable(setup.boxes),
-          LightMeter(setup.reference_bgr), setup.open};
+  const Eigen::Vector3d& table = setup.reference_bgr;
+  if (setup.spots) return {ColorTable(*setup.spots), LightMeter(*setup.spots, table), setup.open};
+  return {ColorTable(setup.boxes), LightMeter(table), setup.open};
 }
 
 }  // namespace
@@ -91,6 +92,7 @@ TableWatcher::TableWatcher(const WatcherSetup& setup)
       sizes_(setup.sizes),
       small_gap_m_(setup.small_gap_m),
       hand_box_(setup.boxes.hand),
+      reference_bgr_(setup.reference_bgr),
       segmentation_(segmentation_for(setup)),
       right_segmentation_(segmentation_for(setup)),
       tracker_(setup.tracker),
@@ -247,14 +249,16 @@ std::optional<double> TableWatcher::object_luma(const Picture& picture) const {
 
 tl::expected<void, Status> TableWatcher::teach(const image::Image& image,
                                                std::span<const TaughtRegion> regions) {
-  auto lesson = vision::teach(image, regions, segmentation_.gain_for(image));
+  const Eigen::Vector3d gain =
+      gain_by_table(image, reference_bgr_).value_or(Eigen::Vector3d::Ones());
+  auto lesson = vision::teach(image, regions, gain);
   if (!lesson) return tl::unexpected(lesson.error());
   auto& hand = lesson->spots.of[static_cast<std::size_t>(Kind::hand)];
   skin_unlearned_ = !hand;
   table_skin_.reset();
   if (!hand) hand = spot_in(hand_box_);
-  segmentation_.learn(ColorTable(lesson->spots));
-  right_segmentation_.learn(ColorTable(lesson->spots));
+  for (Segmentation* each : {&segmentation_, &right_segmentation_})
+    each->learn(ColorTable(lesson->spots), {lesson->spots, lesson->reference_bgr, gain});
   return {};
 }
 

@@ -590,6 +590,8 @@ void VisionNode::publish(runtime::Time stamp, bool fits) {
   auto blobs = blobs_message(*watcher_);
   blobs_.send(blobs, stamp);
   miss_hand(stamp);
+  if (const std::string& light = watcher_->light_remark(); !light.empty())
+    runtime::warn("{}", light);
   if (fits && !watcher_->two_hands()) {
     auto observation = observation_message(watcher_->action());
     observation_.send(observation, stamp);

@@ -52,7 +52,7 @@ struct VisionParams {
   RobotTableSetup table;  ///< the robot's own table
   int rig_days = 0;  ///< images that are this many days younger than the rig are refused; 0: none
   std::vector<double> reference_bgr{145.0, 151.0,
-                                    155.0};  ///< see WatcherSetup; zeros: no correction
+                                    155.0};  ///< of the table that fills the picture; zeros: none
   WatcherSetup setup;
 
   void visit(runtime::ParamVisitor& v);
