@@ -68,6 +68,11 @@ class StereoScene {
  public:
   StereoScene(const image::Camera& left, const image::Camera& right, const SceneLimits& limits);
 
+  /// What was seen so far was seen in other colours: all is measured anew.
+  void forget() {
+    tracks_.clear();
+    things_.clear();
+  }
   /// The regions of a pair of pictures taken at the same time.
   void update(std::span<const Region> left, std::span<const Region> right);
 

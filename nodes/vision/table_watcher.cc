@@ -259,6 +259,8 @@ tl::expected<void, Status> TableWatcher::teach(const image::Image& image,
   if (!hand) hand = spot_in(hand_box_);
   for (Segmentation* each : {&segmentation_, &right_segmentation_})
     each->learn(ColorTable(lesson->spots), {lesson->spots, lesson->reference_bgr, gain});
+  right_new_ = false;  // it was looked at in the colours before
+  if (stereo_) stereo_->forget();
   return {};
 }
 
