@@ -209,6 +209,28 @@ void TableWatcher::follow_hand() {
     sight_.palm_angle_rad = 0.5 * (hand_->sight()->palm_angle_rad + *sight_.facing_angle_rad);
 }
 
+/// Where object and hand are along the bar, by both cameras: fingers hide parts of the object, not
+/// the same ones from both, so the hand's place counts as much.
+void TableWatcher::look_beside_bar() {
+  sight_.beside_m.reset();
+  sight_.bar_half_m.reset();
+  const Thing* bar = stereo_ ? stereo_->bar() : nullptr;
+  if (bar == nullptr) return;
+  sight_.bar_half_m = 0.5 * bar->solid.length;
+  if (!right_new_ || !blob(Kind::object).found()) return;
+  const Moments& object = blob(Kind::object).moments;
+  const double yaw = bar->solid.yaw_rad;
+  const Eigen::Vector3d along(std::cos(yaw), 0.0, -std::sin(yaw));
+  std::optional<double> beside;
+  if (const auto at = stereo_->object_at({object.mean_u(), object.mean_v()}))
+    beside = along.dot(*at - bar->solid.center);
+  if (hand_ && hand_->sight()) {
+    const double hand = along.dot(hand_->sight()->palm - bar->solid.center);
+    beside = beside ? 0.5 * (*beside + hand) : hand;
+  }
+  sight_.beside_m = beside;
+}
+
 const image::Image& TableWatcher::as_bgr(const YuyvImage& picture) {
   if (bgr_.width != picture.width || bgr_.height != picture.height)
     bgr_ = image::Image(picture.width, picture.height);
@@ -291,6 +313,7 @@ void TableWatcher::watch_any(const Picture& picture) {
   look();
   if (hand_ && recognizer_.needs_hand()) hand_->see(0, as_bgr(picture), labels());
   follow_hand();
+  look_beside_bar();
   right_new_ = false;
   sight_.object_luma = object_luma(picture);
   look_for_second_hand();

@@ -153,6 +153,7 @@ class TableWatcher {
   std::optional<Eigen::Vector2d> place(Kind kind, const Body& body) const;
   void look_at_hand();
   void follow_hand();
+  void look_beside_bar();
   const image::Image& as_bgr(const image::Image& picture) { return picture; }
   const image::Image& as_bgr(const YuyvImage& picture);
   template <class Picture>
