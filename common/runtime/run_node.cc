@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <utility>
 
 #include "common/error.h"
 #include "common/runtime/command_line.h"
@@ -85,8 +86,10 @@ class SelfReport {
     worst_s_ = std::max(worst_s_, took_s);
     sum_s_ += took_s;
     publish_log(now);
-    if (next_ == Time(0) || now < next_ - 2 * kPeriod)
-      next_ = now + kPeriod;  // first, or the clock went back
+    if (next_ == Time(0) || now < next_ - 2 * kPeriod) {  // first, or the clock went back
+      first_ = now;
+      next_ = now + kPeriod;
+    }
     if (now >= next_) publish_health(now, overruns);
   }
   /// The lines logged since the last step.
@@ -114,13 +117,32 @@ class SelfReport {
     health.set_overflow(bus_.overflow());
     health.set_malformed(bus_.malformed());
     health_.send(health, now);
-    notify_status([&health] {
-      return fmt::format("{} steps, worst {:.1f} ms, {} overruns", health.steps(),
+    const std::string waits = waits_for(now);
+    notify_status([&health, &waits] {
+      return fmt::format("{}{} steps, worst {:.1f} ms, {} overruns", waits, health.steps(),
                          health.worst_step_s() * 1e3, health.overruns());
     });
     worst_s_ = sum_s_ = 0.0;
     steps_in_period_ = 0;
     while (next_ <= now) next_ += kPeriod;
+  }
+
+  /// Inputs that the node does not work without and that have been silent since its start: for the
+  /// status, and in the log once that is long, and again when they have come.
+  std::string waits_for(Time now) {
+    constexpr Time kLong = std::chrono::seconds(5);
+    const std::vector<std::string> topics = bus_.awaited();
+    const Time waited = now - first_;
+    if (topics.empty()) {
+      if (std::exchange(told_, false))
+        info("waits no longer: something has come on all inputs, {:.0f} s after the start",
+             to_seconds(waited));
+      return {};
+    }
+    const std::string line =
+        fmt::format("waits for {}, {:.0f} s so far", fmt::join(topics, ", "), to_seconds(waited));
+    if (waited >= kLong && !std::exchange(told_, true)) info("{}", line);
+    return line + "; ";
   }
 
   ZmqBus& bus_;
@@ -129,7 +151,8 @@ class SelfReport {
   std::chrono::steady_clock::time_point began_{};
   std::uint64_t steps_ = 0, steps_in_period_ = 0;
   double worst_s_ = 0.0, sum_s_ = 0.0;
-  Time next_{};
+  Time next_{}, first_{};  ///< report; step
+  bool told_ = false;      ///< that it waits
 };
 
 /// Records that make a node's run replayable: NODE/start (latched) at its first step, NODE/steps

@@ -52,6 +52,8 @@ class Input {
         takes_first_(options.author == Author::first && owner_.empty()) {}
 
   const std::string& topic() const { return topic_; }
+  /// The node does not work without it, and nothing has come yet.
+  bool awaited() const { return !options_.optional && counters.received == 0; }
   std::uint64_t type_hash() const { return hash_; }
   Policy policy() const { return options_.policy; }
 

@@ -645,6 +645,14 @@ std::vector<v1::InputHealth> ZmqBus::report_inputs(Time now) {
   return list;
 }
 
+std::vector<std::string> ZmqBus::awaited() const {
+  std::vector<std::string> topics;
+  for (const auto& [port, input] : impl_->inputs) {
+    if (input->awaited()) topics.push_back(input->topic());
+  }
+  return topics;
+}
+
 void ZmqBus::step_begins(Time now) { impl_->step = now; }
 
 void ZmqBus::connect_members() {

@@ -116,6 +116,8 @@ class ZmqBus final : public Bus {
   const GraphTime& time() const;                  ///< the graph's wall clock
   /// Counts of the inputs since the last report.
   std::vector<v1::InputHealth> report_inputs(Time now);
+  /// Topics of the inputs that the node does not work without and that nothing has come on.
+  std::vector<std::string> awaited() const;
   std::uint64_t sent() const;           ///< messages since the start
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers
   std::uint64_t backlog_bytes() const;  ///< size of their payloads

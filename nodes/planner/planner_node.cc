@@ -463,14 +463,30 @@ void PlannerNode::publish_commands(runtime::Time now) {
   }
 }
 
+/// What a planner at rest waits for, and for how long; empty: it has nothing to wait for.
+std::string PlannerNode::waits_for(runtime::Time now) {
+  std::string what = sequence_.awaited();
+  if (what.empty() && sequence_.state() == TaskSequence::State::idle) what = "a decision";
+  if (what != awaited_) awaited_since_ = now;
+  awaited_ = std::move(what);
+  if (awaited_.empty()) return {};
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(now - awaited_since_).count();
+  return fmt::format("waits for {}{}", awaited_,
+                     seconds > 0 ? fmt::format(", {} s so far", seconds) : "");
+}
+
 void PlannerNode::publish_status(runtime::Time now) {
   v1::TaskStatus status = to_status(sequence_, params_.carried_postures);
   status.set_plan_compute_s(compute_s_);
+  const std::string waits = waits_for(now);
+  const bool rests = status.reason().empty() && !waits.empty();
+  if (rests) status.set_reason(waits);
   const bool changed = status.SerializeAsString() != last_status_.SerializeAsString();
   if (!changed && now < status_due_) return;
-  // A busy machine makes the arm wait again and again.
+  // A busy machine makes the arm wait again and again; a wait at rest is said once.
+  const bool news = rests ? awaited_since_ == now : status.reason() != last_status_.reason();
   if (status.state() != last_status_.state() ||
-      (!status.reason().empty() && status.reason() != last_status_.reason() && waits_.pass())) {
+      (!status.reason().empty() && news && waits_.pass())) {
     runtime::info("task {}{}{}", v1::TaskState_Name(status.state()),
                   status.reason().empty() ? "" : ": ", status.reason());
   }

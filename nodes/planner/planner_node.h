@@ -122,6 +122,7 @@ class PlannerNode {
   void advance(runtime::Time now);
   void publish_commands(runtime::Time now);
   void publish_trajectory(runtime::Time now);
+  std::string waits_for(runtime::Time now);
   void publish_status(runtime::Time now);
   void publish_drawings(runtime::Time now);
 
@@ -146,6 +147,8 @@ class PlannerNode {
       waits_{std::chrono::seconds(1)};
   std::optional<HandReading> hand_reading_;
   v1::TaskStatus last_status_;
+  std::string awaited_;  // what it waits for at rest
+  runtime::Time awaited_since_{};
   runtime::Time status_due_{}, seen_due_{}, pose_due_{};
   std::vector<Eigen::Isometry3d> X_;     // of the links
   std::optional<double> drawn_closure_;  // of the hand [1]

@@ -21,6 +21,7 @@ void TaskSequence::step(const SequenceInput& input) {
   started_.reset();
   waited_s_ += input.periods * settings_.period_s;
   if (input.abort) abort();
+  awaited_.clear();
   if (at_rest()) {
     if (input.order != nullptr && input.order->id != order_.id) await_inputs(input);
     return;
@@ -43,7 +44,7 @@ void TaskSequence::await_inputs(const SequenceInput& input) {
                         : input.hand == nullptr ? "the state of the hand"
                                                 : nullptr;
   if (missing == nullptr) return begin(input);
-  if (!late(settings_.ready_s)) return;
+  if (!late(settings_.ready_s)) return void(awaited_ = missing);
   order_ = *input.order;
   fail(std::string("waited in vain for ") + missing, true);
 }

@@ -99,6 +99,8 @@ class TaskSequence {
   State state() const { return state_; }
   Phase phase() const { return phase_; }
   const std::string& reason() const { return reason_; }
+  /// Input without which the next order cannot begin ("the scene"); empty: none, or no order.
+  const std::string& awaited() const { return awaited_; }
   /// Null: of a move, or before the first order.
   const Task* task() const { return std::get_if<Task>(&order_.what); }
   std::uint64_t order_id() const { return order_.id; }  ///< the order begun last; 0: none
@@ -138,6 +140,7 @@ class TaskSequence {
   std::string reason_;
   Order order_{Move{}};  // begun last
   std::uint64_t awaiting_id_ = 0;
+  std::string awaited_;
   std::optional<kin::Table> table_;  // the plan's
   std::optional<PlanRequest> request_;
   std::optional<TaskPlan> plan_;

@@ -128,6 +128,7 @@ void StereoScene::update(std::span<const Region> left, std::span<const Region> r
       });
     };
     unmatched_ += found.empty() && shows(left) && shows(right) ? 1 : 0;
+    if (kind == Kind::object) objects_ = found;
     follow(kind, std::move(found));
   }
   const auto gone = [this](const Track& t) {
@@ -407,6 +408,13 @@ std::vector<Thing> StereoScene::of(Kind kind) const {
                        [kind](const Thing& t) { return t.kind == kind; });
   std::ranges::stable_sort(out, std::greater{}, [](const Thing& t) { return t.solid.top(); });
   return out;
+}
+
+std::optional<Vector3d> StereoScene::object_at(const Eigen::Vector2d& left_px) const {
+  const auto nearest = std::ranges::min_element(
+      objects_, {}, [&left_px](const Pair& p) { return (p.seen[0].mean - left_px).norm(); });
+  if (nearest == objects_.end()) return std::nullopt;
+  return nearest->middle;
 }
 
 const Thing* StereoScene::bar() const {

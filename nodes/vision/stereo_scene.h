@@ -68,6 +68,12 @@ class StereoScene {
  public:
   StereoScene(const image::Camera& left, const image::Camera& right, const SceneLimits& limits);
 
+  /// What was seen so far was seen in other colours: all is measured anew.
+  void forget() {
+    tracks_.clear();
+    things_.clear();
+    objects_.clear();
+  }
   /// The regions of a pair of pictures taken at the same time.
   void update(std::span<const Region> left, std::span<const Region> right);
 
@@ -75,6 +81,9 @@ class StereoScene {
   const std::vector<Thing>& things() const { return things_; }
   /// Things of a kind, the highest first.
   std::vector<Thing> of(Kind kind) const;
+  /// Where the object is that the newest left picture shows nearest to a pixel, at rest or not;
+  /// nothing if the right one shows none with it.
+  std::optional<Eigen::Vector3d> object_at(const Eigen::Vector2d& left_px) const;
   /// Bar that is known longest; null without one.
   const Thing* bar() const;
   /// Goals of all colours, the highest first.
@@ -127,6 +136,7 @@ class StereoScene {
   std::array<std::span<const Region>, 2> regions_;  ///< of the newest pair, during update()
   std::vector<Track> tracks_;
   std::vector<Thing> things_;
+  std::vector<Pair> objects_;  ///< of the newest pair
   std::vector<std::string> changes_;
   int ids_ = 0, version_ = 0, unmatched_ = 0;
 };

@@ -38,8 +38,9 @@ void SteadyPlace::update(const std::optional<Vector2d>& place_m, double area) {
 namespace {
 
 Segmentation segmentation_for(const WatcherSetup& setup) {
-  return {setup.spots ? ColorTable(*setup.spots) : ColorTable(setup.boxes),
-          LightMeter(setup.reference_bgr), setup.open};
+  const Eigen::Vector3d& table = setup.reference_bgr;
+  if (setup.spots) return {ColorTable(*setup.spots), LightMeter(*setup.spots, table), setup.open};
+  return {ColorTable(setup.boxes), LightMeter(table), setup.open};
 }
 
 }  // namespace
@@ -91,6 +92,7 @@ TableWatcher::TableWatcher(const WatcherSetup& setup)
       sizes_(setup.sizes),
       small_gap_m_(setup.small_gap_m),
       hand_box_(setup.boxes.hand),
+      reference_bgr_(setup.reference_bgr),
       segmentation_(segmentation_for(setup)),
       right_segmentation_(segmentation_for(setup)),
       tracker_(setup.tracker),
@@ -207,6 +209,28 @@ void TableWatcher::follow_hand() {
     sight_.palm_angle_rad = 0.5 * (hand_->sight()->palm_angle_rad + *sight_.facing_angle_rad);
 }
 
+/// Where object and hand are along the bar, by both cameras: fingers hide parts of the object, not
+/// the same ones from both, so the hand's place counts as much.
+void TableWatcher::look_beside_bar() {
+  sight_.beside_m.reset();
+  sight_.bar_half_m.reset();
+  const Thing* bar = stereo_ ? stereo_->bar() : nullptr;
+  if (bar == nullptr) return;
+  sight_.bar_half_m = 0.5 * bar->solid.length;
+  if (!right_new_ || !blob(Kind::object).found()) return;
+  const Moments& object = blob(Kind::object).moments;
+  const double yaw = bar->solid.yaw_rad;
+  const Eigen::Vector3d along(std::cos(yaw), 0.0, -std::sin(yaw));
+  std::optional<double> beside;
+  if (const auto at = stereo_->object_at({object.mean_u(), object.mean_v()}))
+    beside = along.dot(*at - bar->solid.center);
+  if (hand_ && hand_->sight()) {
+    const double hand = along.dot(hand_->sight()->palm - bar->solid.center);
+    beside = beside ? 0.5 * (*beside + hand) : hand;
+  }
+  sight_.beside_m = beside;
+}
+
 const image::Image& TableWatcher::as_bgr(const YuyvImage& picture) {
   if (bgr_.width != picture.width || bgr_.height != picture.height)
     bgr_ = image::Image(picture.width, picture.height);
@@ -247,14 +271,18 @@ std::optional<double> TableWatcher::object_luma(const Picture& picture) const {
 
 tl::expected<void, Status> TableWatcher::teach(const image::Image& image,
                                                std::span<const TaughtRegion> regions) {
-  auto lesson = vision::teach(image, regions, segmentation_.gain_for(image));
+  const Eigen::Vector3d gain =
+      gain_by_table(image, reference_bgr_).value_or(Eigen::Vector3d::Ones());
+  auto lesson = vision::teach(image, regions, gain);
   if (!lesson) return tl::unexpected(lesson.error());
   auto& hand = lesson->spots.of[static_cast<std::size_t>(Kind::hand)];
   skin_unlearned_ = !hand;
   table_skin_.reset();
   if (!hand) hand = spot_in(hand_box_);
-  segmentation_.learn(ColorTable(lesson->spots));
-  right_segmentation_.learn(ColorTable(lesson->spots));
+  for (Segmentation* each : {&segmentation_, &right_segmentation_})
+    each->learn(ColorTable(lesson->spots), {lesson->spots, lesson->reference_bgr, gain});
+  right_new_ = false;  // it was looked at in the colours before
+  if (stereo_) stereo_->forget();
   return {};
 }
 
@@ -285,6 +313,7 @@ void TableWatcher::watch_any(const Picture& picture) {
   look();
   if (hand_ && recognizer_.needs_hand()) hand_->see(0, as_bgr(picture), labels());
   follow_hand();
+  look_beside_bar();
   right_new_ = false;
   sight_.object_luma = object_luma(picture);
   look_for_second_hand();

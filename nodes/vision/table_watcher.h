@@ -41,8 +41,8 @@ struct WatcherSetup {
   std::optional<image::Camera> camera;  ///< calibrated, instead of `view`
   ColorBoxes boxes;
   std::optional<ColorSpots> spots;  ///< taught, instead of `boxes`
-  /// Median colour of the scene under the light for which the boxes hold (0: boxes hold in any
-  /// light).
+  /// Colour, in the light for which boxes or spots hold, of the table that fills the picture; zero:
+  /// none does. See LightMeter.
   Eigen::Vector3d reference_bgr{145.0, 151.0, 155.0};
   bool open = false;  ///< remove what is thinner than 3 pixels before regions are sought
   std::optional<image::Camera> right;  ///< second camera; with it places and sizes are measured
@@ -120,6 +120,8 @@ class TableWatcher {
   const Sight& sight() const { return sight_; }
   const std::optional<Palm>& palm() const { return palm_; }
   const ActionRecognizer& action() const { return recognizer_; }
+  /// What is to be said of the light; mostly nothing.
+  const std::string& light_remark() const { return segmentation_.light().remark(); }
   /// The hand by its model; null with one camera, or where a hand is too small for it.
   const TeacherHand* hand() const { return hand_ ? &*hand_ : nullptr; }
   /// A second skin region as large as a hand, and no part of an arm that something cuts in two for
@@ -151,6 +153,7 @@ class TableWatcher {
   std::optional<Eigen::Vector2d> place(Kind kind, const Body& body) const;
   void look_at_hand();
   void follow_hand();
+  void look_beside_bar();
   const image::Image& as_bgr(const image::Image& picture) { return picture; }
   const image::Image& as_bgr(const YuyvImage& picture);
   template <class Picture>
@@ -161,6 +164,7 @@ class TableWatcher {
   TableSizes sizes_;
   double small_gap_m_;
   ColorBox hand_box_;
+  Eigen::Vector3d reference_bgr_;
   Segmentation segmentation_, right_segmentation_;
   bool right_new_ = false, skin_unlearned_ = false;
   std::optional<TableSkin> table_skin_;

@@ -140,8 +140,10 @@ tl::expected<Lesson, Status> teach(const image::Image& image, std::span<const Ta
     }
     out.spots.of[k] = spot_of(pixels[k]);
   }
-  out.reference_bgr = gain_bgr.cwiseProduct(median_bgr(image));
-  out.warnings = alike(out.spots, out.reference_bgr);
+  ColorCount colors;
+  colors.count(image);
+  if (const auto table = colors.filling_bgr()) out.reference_bgr = gain_bgr.cwiseProduct(*table);
+  out.warnings = alike(out.spots, gain_bgr.cwiseProduct(median_bgr(image)));
   return out;
 }
 
@@ -264,7 +266,7 @@ std::vector<std::string> check_colors(const image::Image& picture, const ColorSp
                                       const Eigen::Vector3d& reference_bgr) {
   constexpr double kSpeck = 30.0, kLarge = 0.2;  // pixels; share of the largest region
   std::vector<std::string> out = alike(spots, reference_bgr);
-  Segmentation segmentation(ColorTable(spots), LightMeter(reference_bgr), false);
+  Segmentation segmentation(ColorTable(spots), LightMeter(spots, reference_bgr), false);
   segmentation.segment(picture);
   for (std::size_t k = 1; k < kKinds; ++k) {
     if (!spots.of[k]) continue;

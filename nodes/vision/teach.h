@@ -20,8 +20,9 @@ struct TaughtRegion {
 /// Result of teaching with a picture.
 struct Lesson {
   ColorSpots spots;
-  Eigen::Vector3d reference_bgr = Eigen::Vector3d::Zero();  ///< median: the light it was taught in
-  std::vector<std::string> warnings;                        ///< what will be told apart badly
+  /// Colour of the table, in the light of the spots; zero: nothing fills the picture.
+  Eigen::Vector3d reference_bgr = Eigen::Vector3d::Zero();
+  std::vector<std::string> warnings;  ///< what will be told apart badly
 };
 
 /// Learns the colours of classes from regions of a picture. A tenth of a region may show something
@@ -54,7 +55,7 @@ CameraReport check_camera(const std::vector<image::Image>& pictures);
 
 /// How well the taught colours tell the things in a picture apart: advice on classes that are not
 /// seen, that are seen in several places, or whose colours are alike.
-/// @param reference_bgr  median of the picture they were taught in, see LightMeter
+/// @param reference_bgr  of the lesson
 std::vector<std::string> check_colors(const image::Image& picture, const ColorSpots& spots,
                                       const Eigen::Vector3d& reference_bgr);
 

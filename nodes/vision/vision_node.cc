@@ -69,9 +69,16 @@ void add_bones(const TableWatcher& watcher, foxglove::ImageAnnotations& out) {
   }
 }
 
+template <class T>
+std::string said(std::string_view name, const Symbol<T>& symbol) {
+  if (symbol.value != T::unknown || symbol.why_not.empty())
+    return fmt::format("{} {}", name, task::word(symbol.value));
+  return fmt::format("{} not told, because {}", name, symbol.why_not);
+}
+
 std::string summary(const ActionRecognizer& action) {
-  return fmt::format("grip {}, transport {}, goal {}{}", task::word(action.grip().value),
-                     task::word(action.transport().value), task::word(action.goal().value),
+  return fmt::format("{}, {}, {}{}", said("grip", action.grip()),
+                     said("transport", action.transport()), said("goal", action.goal()),
                      action.complete() ? ", complete" : "");
 }
 
@@ -586,10 +593,28 @@ void VisionNode::miss_hand(runtime::Time stamp) {
   }
 }
 
+/// Once each: why a symbol of this demonstration is not told.
+void VisionNode::say_what_is_not_told() {
+  const ActionRecognizer& action = watcher_->action();
+  const std::array<std::pair<const char*, const std::string*>, 3> reasons{
+      {{"grip", &action.grip().why_not},
+       {"transport", &action.transport().why_not},
+       {"goal", &action.goal().why_not}}};
+  for (std::size_t i = 0; i < reasons.size(); ++i) {
+    const auto& [what, why] = reasons[i];
+    if (!why->empty() && untold_[i].empty())
+      runtime::info("{} is not told, because {}", what, *why);
+    untold_[i] = *why;
+  }
+}
+
 void VisionNode::publish(runtime::Time stamp, bool fits) {
   auto blobs = blobs_message(*watcher_);
   blobs_.send(blobs, stamp);
   miss_hand(stamp);
+  if (const std::string& light = watcher_->light_remark(); !light.empty())
+    runtime::warn("{}", light);
+  say_what_is_not_told();
   if (fits && !watcher_->two_hands()) {
     auto observation = observation_message(watcher_->action());
     observation_.send(observation, stamp);

@@ -52,7 +52,7 @@ struct VisionParams {
   RobotTableSetup table;  ///< the robot's own table
   int rig_days = 0;  ///< images that are this many days younger than the rig are refused; 0: none
   std::vector<double> reference_bgr{145.0, 151.0,
-                                    155.0};  ///< see WatcherSetup; zeros: no correction
+                                    155.0};  ///< of the table that fills the picture; zeros: none
   WatcherSetup setup;
 
   void visit(runtime::ParamVisitor& v);
@@ -108,6 +108,7 @@ class VisionNode {
   void copy(const foxglove::RawImage& message);
   bool rig_fits();
   void miss_hand(runtime::Time stamp);
+  void say_what_is_not_told();
   void refuse(const std::string& why);
   void look(const foxglove::RawImage& left);
   void publish(runtime::Time stamp, bool fits);
@@ -129,6 +130,7 @@ class VisionNode {
   FrameCheck left_check_, right_check_;
   std::optional<runtime::Time> handless_since_;  ///< since then no hand is seen
   bool handless_told_ = false;
+  std::array<std::string, 3> untold_;  ///< why grip, transport, goal are not told
   int unfit_ = 0;                      ///< pairs in a row that the calibration does not fit
   std::string calibrated_by_;          ///< what gave the camera, for messages
   std::optional<int> calibrated_day_;  ///< since 1970; nothing if any age will do

@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <random>
 
+#include "common/model/files.h"
 #include "nodes/camera/random_scene.h"
+#include "nodes/camera/robot_renderer.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/robot_table.h"
 #include "nodes/vision/vision_node.h"
@@ -326,6 +328,41 @@ TEST(Sight, APalmThatIsTurnedWrongDoesNotChangeTheGrip) {
     watcher.watch(a);
   }
   EXPECT_EQ(watcher.action().grip().value, task::Grip::precision);
+}
+
+/// A lesson comes between the two cameras' pictures: what one saw in the colours before measures
+/// nothing, and does not pass for the usual for seconds.
+TEST(Sight, AfterALessonAllIsMeasuredAnew) {
+  const kin::Table table = model::load_table("bar_table.yaml");
+  image::View view;
+  view.eye_m = {0.25, 0.95, 1.0};
+  view.target_m = {0.0, 0.2, 0.0};
+  const auto cameras = camera::usual_cameras(view, 0.35);
+  const camera::Picture picture;
+  const Eigen::Vector3d origin(0.52, 0.0, -0.01);
+  camera::RobotRenderer left(table, picture.table.paints, picture.room, origin, cameras[0],
+                             picture.faults, 1, 0),
+      right(table, picture.table.paints, picture.room, origin, cameras[1], picture.faults, 1, 1);
+  vision::WatcherSetup setup;
+  setup.camera = cameras[0];
+  setup.right = cameras[1];
+  setup.stereo.goal_form = "block";
+  vision::TableWatcher watcher(setup);
+  image::Image a, b;
+  for (int i = 0; i < 12; ++i) {
+    left.render({}, table.object, 0.1 * i, a);
+    right.render({}, table.object, 0.1 * i, b);
+    watcher.watch_right(b);
+    if (i == 0) {
+      std::vector<vision::TaughtRegion> lesson;
+      for (const camera::Click& c : left.clicks())
+        lesson.push_back({vision::kind_named(c.name, "click"), c.left, c.top, c.width, c.height});
+      ASSERT_TRUE(watcher.teach(a, lesson));
+    }
+    watcher.watch(a);
+  }
+  EXPECT_EQ(watcher.stereo()->things().size(), 4U);
+  EXPECT_TRUE(watcher.stereo()->settled());
 }
 
 }  // namespace

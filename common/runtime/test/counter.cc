@@ -28,7 +28,7 @@ struct CounterParams {
     v("fail_at_step", fail_at_step, 0, 1'000'000'000);
     v("hang_at_step", hang_at_step, 0, 1'000'000'000);
     v.changeable([&] { v("salt", salt, 0, 1'000'000'000); });
-    v("mode", mode, {"mix", "refuse"});
+    v("mode", mode, {"mix", "refuse", "needs"});
   }
 };
 
@@ -56,7 +56,7 @@ class CounterNode {
 CounterNode::CounterNode(const Params& params, Bus& bus)
     : params_(params),
       a_(bus, "a", true),
-      b_(bus, "b", true),
+      b_(bus, "b", params.mode != "needs"),
       latest_(bus, "latest", {.author = Author::named, .optional = true}),
       out_(bus, "out") {
   hash_ ^= static_cast<std::uint64_t>(params.salt);

@@ -120,6 +120,24 @@ TEST(NodeProcess, TellsItsServiceManagerAndItsLauncherHowItFares) {
   EXPECT_EQ(of_launcher.until("STOPPING=").back(), "STOPPING=1");
 }
 
+TEST(NodeProcess, SaysWhichInputItWaitsFor) {
+  TestGraph graph;
+  const std::string system = graph.directory() + "/system";
+  const NotifySocket status(system);
+  TestNode peer(graph, {}, {{"b", "test/b"}});
+  Out<v1::Publication> b(peer.bus(), "b");
+  peer.open();
+  Process node("/usr/bin/env", {"NOTIFY_SOCKET=" + system, kCounter, "--graph", graph.name(),
+                                "--set", "mode=needs", "--in", "b=test/b"});
+  EXPECT_EQ(status.until("STATUS=").back().find("STATUS=waits for test/b, 1 s so far; "), 0U);
+  ASSERT_TRUE(peer.wait_subscriber(b)) << node.errors();
+  v1::Publication m;
+  b.send(m, TestNode::now());
+  std::string line;
+  for (int k = 0; k < 3; ++k) line = status.until("STATUS=").back();  // one may be on its way
+  EXPECT_EQ(line.find("waits for"), std::string::npos) << line;
+}
+
 TEST(NodeProcess, LocksItsMemoryOrDoesNotStart) {
   TestGraph graph;
   Process node(graph, kCounter, {"--mlock"});
@@ -232,7 +250,7 @@ TEST(NodeProcess, DescribesItselfWithoutSockets) {
   says(R"({"name":"add_one","request":"mimesis.v1.Publication")");
   says(R"({"key":"work","type":"integer","default":0,"value":3,)");
   says(R"("unit":"Hz","range":[0.1,10000.0])");
-  says(R"("choices":["mix","refuse"])");
+  says(R"("choices":["mix","refuse","needs"])");
   Process check(graph, kCounter, {"--check", "--set", "mode=refuse"});
   EXPECT_EQ(check.wait(), 2);
   EXPECT_EQ(check.errors(), "--set: counter.mode: refuses\n");

@@ -73,6 +73,20 @@ TEST(ZmqBus, LatestKeepsTheNewestAndCountsTheRest) {
   EXPECT_EQ(unused->counters().received, 5U);
 }
 
+TEST(ZmqBus, KnowsWhichInputsItAwaits) {
+  Pair p;
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  Reliable<v1::Publication> in(p.receiver.bus(), "in");
+  Reliable<v1::Publication> optional(p.receiver.bus(), "second", true);
+  p.sender.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] { return out.subscribers() > 0; }));
+  ASSERT_EQ(p.receiver.bus().awaited().size(), 1U);
+  auto m = numbered(1);
+  out.send(m, Time(1));
+  ASSERT_TRUE(p.receiver.until([&] { return in.pop().has_value(); }));
+  EXPECT_TRUE(p.receiver.bus().awaited().empty());
+}
+
 TEST(ZmqBus, AQueueDropsTheOldest) {
   Pair p;
   Out<v1::Publication> out(p.sender.bus(), "out");

@@ -129,6 +129,28 @@ TEST(PlannerNode, PlansAndStreamsTheWholeTask) {
   EXPECT_LT((Eigen::Vector3d(start.x(), start.y(), start.z()) - p_WE).norm(), 1e-9);
 }
 
+TEST(PlannerNode, SaysWhatItWaitsForAtRestAndForHowLong) {
+  Bench bench;
+  const auto says = [&bench](int steps) {
+    std::string reason = "no status";
+    for (int i = 0; i < steps; ++i) {
+      bench.send_states();
+      bench.node.step(bench.now);
+      while (const auto status = bench.bus.take<v1::TaskStatus>("status"))
+        reason = status->reason();
+      bench.now += 5ms;
+    }
+    return reason;
+  };
+  EXPECT_EQ(says(1), "waits for a decision");
+  EXPECT_EQ(says(410), "waits for a decision, 2 s so far");
+  bench.decide(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+  EXPECT_EQ(says(1), "waits for the scene");
+  EXPECT_EQ(says(200), "waits for the scene, 1 s so far");
+  bench.bus.send("scene", bench.scene, bench.now);
+  EXPECT_EQ(says(1), "");
+}
+
 TEST(PlannerDrawing, TheRobotMovesAt25HzAndIsDrawnAnewWhenTheHandMoves) {
   Bench bench;
   for (int i = 0; i < 200; ++i) bench.step();  // 1 s

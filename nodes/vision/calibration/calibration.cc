@@ -236,20 +236,26 @@ void check_partners(const Board& board, const std::vector<Lens>& lenses, std::ve
   shots = std::move(kept);
 }
 
+constexpr const char* kMoreViews = "; show the board nearer, at all edges and more tilted";
+
 /// Reason why the calibration is implausible; empty if it is plausible.
 std::string implausible(const Lens& lens) {
   const double aspect = std::max(lens.fx_px, lens.fy_px) / std::min(lens.fx_px, lens.fy_px);
-  if (!(aspect <= kAspect)) {
-    return fmt::format("focal lengths {:.0f} and {:.0f} px differ by more than {:.0f} %",
-                       lens.fx_px, lens.fy_px, 100.0 * (kAspect - 1.0));
+  if (!(aspect <= kAspect)) {  // and the views bound both: it is not for want of views
+    const double now = static_cast<double>(lens.width_px) / lens.height_px;
+    return fmt::format(
+        "focal lengths {:.0f} and {:.0f} px differ by more than {:.0f} %: pictures of {:.2f} to 1 "
+        "seem to be scaled to {}x{}, unlike across and down; give them as the camera took them",
+        lens.fx_px, lens.fy_px, 100.0 * (kAspect - 1.0), now * lens.fy_px / lens.fx_px,
+        lens.width_px, lens.height_px);
   }
   const double x = lens.cx_px / lens.width_px, y = lens.cy_px / lens.height_px;
   if (!(x > 0.25 && x < 0.75 && y > 0.25 && y < 0.75)) {
     return fmt::format(
-        "the optical axis is at ({:.0f}, {:.0f}) px, expected in the middle half of {}x{}",
-        lens.cx_px, lens.cy_px, lens.width_px, lens.height_px);
+        "the optical axis is at ({:.0f}, {:.0f}) px, expected in the middle half of {}x{}{}",
+        lens.cx_px, lens.cy_px, lens.width_px, lens.height_px, kMoreViews);
   }
-  if (lens.folds()) return "its distortion folds the picture over";
+  if (lens.folds()) return fmt::format("its distortion folds the picture over{}", kMoreViews);
   return {};
 }
 
@@ -271,7 +277,7 @@ std::string implausible(const Calibrated& result) {
     }
     const std::string why = implausible(lens);
     if (why.empty()) continue;
-    return which + ": " + why + "; show the board nearer, at all edges and more tilted";
+    return fmt::format("{}: {}", which, why);
   }
   if (result.cameras.size() < 2) return {};
   const Vector3d p = 1e3 * result.cameras[1].eye();

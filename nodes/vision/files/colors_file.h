@@ -7,7 +7,7 @@ namespace mimesis::vision {
 
 /// Colours of classes and the light they were taught in.
 struct TaughtColors {
-  Eigen::Vector3d reference_bgr = Eigen::Vector3d::Zero();  ///< see LightMeter
+  Eigen::Vector3d reference_bgr = Eigen::Vector3d::Zero();  ///< see Lesson
   ColorSpots spots;
 };
 

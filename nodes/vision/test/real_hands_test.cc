@@ -64,8 +64,8 @@ TEST(RealHands, AreSegmentedAfterOneLessonPerPerson) {
     for (const char* name : person.judged) {
       const auto picture = image::read_image(folder / (std::string(name) + ".JPG"));
       ASSERT_TRUE(picture) << picture.error().reason;
-      Segmentation segmentation(ColorTable(lesson->spots), LightMeter(lesson->reference_bgr),
-                                false);
+      Segmentation segmentation(ColorTable(lesson->spots),
+                                LightMeter(lesson->spots, lesson->reference_bgr), false);
       segmentation.segment(*picture);
       BlobTracker tracker(TrackerLimits{});
       tracker.update(segmentation.regions());
@@ -93,6 +93,69 @@ TEST(RealHands, AreSegmentedAfterOneLessonPerPerson) {
   EXPECT_EQ(n, 20);
   std::printf("intersection over union: mean %.3f, least %.3f\n", sum / n, least);
   EXPECT_GE(sum / n, 0.9);
+}
+
+/// The labelled hand of a portrait before a room of another colour: what is found of it, as a
+/// share.
+double found_before(const image::Image& room, const image::Image& portrait,
+                    const image::Image& sheet, int n, const Lesson& lesson) {
+  constexpr int kLeft = 270, kTop = 190;
+  image::Image shown = room;
+  for (int v = 0; v < kPortrait; ++v) {
+    for (int u = 0; u < kPortrait; ++u) {
+      if (labelled(sheet, n, u, v))
+        std::copy_n(portrait.at(u, v), 3, shown.at(kLeft + u, kTop + v));
+    }
+  }
+  Segmentation segmentation(ColorTable(lesson.spots),
+                            LightMeter(lesson.spots, lesson.reference_bgr), false);
+  segmentation.segment(shown);
+  int hand = 0, found = 0;
+  for (int v = 0; v < kPortrait; ++v) {
+    for (int u = 0; u < kPortrait; ++u) {
+      if (!labelled(sheet, n, u, v)) continue;
+      ++hand;
+      const auto at = static_cast<std::size_t>((kTop + v) * shown.width + kLeft + u);
+      found += segmentation.labels()[at] == static_cast<std::uint8_t>(Kind::hand) ? 1 : 0;
+    }
+  }
+  return static_cast<double>(found) / hand;
+}
+
+/// The same hands, cut out and put before a dim grey room, as photographed and tinted green or
+/// violet.
+TEST(RealHands, AreKnownBeforeAnotherBackground) {
+  const auto folder = shared_data("data/vision/sign_digits"),
+             rooms = shared_data("vision/stereo_calibration");
+  if (!std::filesystem::exists(folder) || !std::filesystem::exists(rooms))
+    GTEST_SKIP() << "not here: " << folder << " or " << rooms << " is absent";
+  const auto sheet = image::read_image(MIMESIS_SOURCE_DIR "/nodes/vision/test/hands/labels.png");
+  const auto room = image::read_image(rooms / "left01.jpg");
+  ASSERT_TRUE(sheet && room);
+  for (const Eigen::Vector3d& paint :
+       {Eigen::Vector3d(1.0, 1.0, 1.0), Eigen::Vector3d(0.5, 1.0, 0.5),
+        Eigen::Vector3d(1.0, 0.4, 0.9)}) {
+    image::Image painted = *room;
+    for (std::size_t i = 0; i < painted.bgr.size(); ++i)
+      painted.bgr[i] =
+          static_cast<std::uint8_t>(paint[static_cast<Eigen::Index>(i % 3)] * painted.bgr[i]);
+    double sum = 0.0;
+    int n = 0;
+    for (const Person& person : kPersons) {
+      const auto shown = image::read_image(folder / (std::string(person.lesson) + ".JPG"));
+      ASSERT_TRUE(shown) << shown.error().reason;
+      const auto lesson = teach(*shown, std::span(&person.region, 1));
+      ASSERT_TRUE(lesson) << lesson.error().reason;
+      for (const char* name : person.judged) {
+        const auto portrait = image::read_image(folder / (std::string(name) + ".JPG"));
+        ASSERT_TRUE(portrait) << portrait.error().reason;
+        sum += found_before(painted, *portrait, *sheet, n++, *lesson);
+      }
+    }
+    std::printf("room x (%.1f, %.1f, %.1f): %.3f of the hands\n", paint[0], paint[1], paint[2],
+                sum / n);
+    EXPECT_GE(sum / n, 0.9);
+  }
 }
 
 }  // namespace

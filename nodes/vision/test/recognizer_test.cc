@@ -48,6 +48,8 @@ class Stage : public ::testing::Test {
                .palm_angle_rad = {},
                .facing_angle_rad = {},
                .bar = Vector2d(0.0, 0.215),
+               .beside_m = {},
+               .bar_half_m = {},
                .goal_high = high_,
                .goal_low = low_,
                .object_luma = 150.0};
@@ -220,6 +222,104 @@ TEST_F(Stage, KnowsAQuickTransportOnceTheBarIsPassed) {
   EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
   show({0.11, 0.3}, Vector2d(0.09, 0.4), 1);
   EXPECT_EQ(recognizer_.transport().value, Transport::above);
+}
+
+/// As many pictures as a demonstration of 1 to 10 s has at 30 Hz.
+TEST_F(Stage, KnowsTheMeansAtAnyPace) {
+  for (const double whole_s : {1.0, 1.5, 2.2, 4.0, 10.0}) {
+    const auto pictures = [whole_s](double share) {
+      return std::max(2, static_cast<int>(std::lround(share * whole_s * 30.0)));
+    };
+    for (const bool above : {true, false}) {
+      ActionRecognizer fresh{RecognizerLimits{}};
+      recognizer_ = fresh;
+      angle_ = above ? kFromAbove : kFromSide;
+      const Vector2d palm = above ? from_above_ : from_side_, goal = above ? high_ : low_;
+      const double height = above ? 0.30 : 0.06;
+      grasp(palm, pictures(0.12));
+      carry(start_, {-0.27, height}, palm, pictures(0.12));
+      carry({-0.27, height}, {goal.x(), height}, palm, pictures(0.25));
+      carry({goal.x(), height}, goal, palm, pictures(0.12));
+      show(goal, goal + palm, 8);
+      EXPECT_EQ(recognizer_.grip().value, above ? Grip::precision : Grip::full) << whole_s;
+      EXPECT_EQ(recognizer_.transport().value, above ? Transport::above : Transport::below)
+          << whole_s;
+      EXPECT_EQ(recognizer_.goal().value, above ? Goal::high : Goal::low) << whole_s;
+    }
+  }
+}
+
+TEST_F(Stage, TellsNoPassageOfWhatIsCarriedAroundTheEndOfTheBar) {
+  sight_.bar_half_m = 0.13;
+  for (const double beside : {0.0, -0.05, 0.10, 0.13, -0.18, 0.30}) {
+    ActionRecognizer fresh{RecognizerLimits{}};
+    recognizer_ = fresh;
+    sight_.beside_m = beside;
+    grasp(from_above_, 15);
+    transport(0.30, from_above_, high_);
+    const Symbol<Transport>& told = recognizer_.transport();
+    const bool over = std::abs(beside) < 0.11;
+    EXPECT_EQ(told.value, over ? Transport::above : Transport::unknown) << beside;
+    EXPECT_EQ(told.why_not.find("around the end of the bar") != std::string::npos,
+              std::abs(beside) > 0.15)
+        << beside << told.why_not;
+    EXPECT_EQ(told.why_not.find("too near to tell") != std::string::npos, beside == 0.13)
+        << told.why_not;
+    EXPECT_EQ(recognizer_.goal().value, Goal::high);
+  }
+}
+
+TEST_F(Stage, TheGripThatLiftsOverrulesTheOneThatHovered) {
+  angle_ = kFromSide;
+  show(start_, std::nullopt, 20);
+  show(start_, start_ + from_side_, 30);  // told already: it may be a mere grasp
+  angle_ = kFromAbove;
+  show(start_, start_ + from_above_, 12);
+  transport(0.30, from_above_, high_);
+  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
+  EXPECT_GE(recognizer_.grip().confidence, 0.9);
+}
+
+/// Votes of the way beside the bar, not of the time spent there.
+TEST_F(Stage, HesitationBesideTheBarCountsForNothing) {
+  grasp(from_above_, 15);
+  carry(start_, {-0.27, 0.3}, from_above_, 15);
+  carry({-0.27, 0.3}, {-0.08, 0.3}, from_above_, 15);
+  carry({-0.08, 0.3}, {-0.08, 0.15}, from_above_, 10);  // down beside the bar, and up again
+  show({-0.08, 0.15}, Vector2d(-0.08, 0.15) + Vector2d(-0.1, 0.0), 90);
+  carry({-0.08, 0.15}, {-0.08, 0.3}, from_above_, 10);
+  carry({-0.08, 0.3}, {0.35, 0.3}, from_above_, 30);
+  EXPECT_EQ(recognizer_.transport().value, Transport::above);
+}
+
+TEST_F(Stage, SaysWhyASymbolIsNotTold) {
+  angle_ = 0.785;
+  grasp(from_above_, 15);
+  sight_.wrist = Vector2d(0.0, 0.215);
+  transport(0.30, from_above_, {0.28, 0.25});  // into the air between the goals
+  show({0.28, 0.25}, std::nullopt, 10);
+  EXPECT_NE(recognizer_.grip().why_not.find("turned between both grips"), std::string::npos)
+      << recognizer_.grip().why_not;
+  EXPECT_NE(recognizer_.transport().why_not.find("the rest at its height"), std::string::npos)
+      << recognizer_.transport().why_not;
+  EXPECT_NE(recognizer_.goal().why_not.find("mm from the nearest goal"), std::string::npos)
+      << recognizer_.goal().why_not;
+}
+
+TEST_F(Stage, SaysThatThePalmWasNotSeen) {
+  show(start_, std::nullopt, 20);
+  for (int k = 0; k < 55; ++k) {  // up, and across the bar
+    const Vector2d at = k < 15 ? Vector2d(start_ + Vector2d(0.0, 0.02) * k)
+                               : Vector2d(-0.27 + 0.015 * (k - 15), 0.32);
+    sight_.object = at;
+    sight_.palm = at + from_above_;
+    sight_.palm_angle_rad.reset();
+    recognizer_.update(sight_);
+  }
+  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
+  EXPECT_NE(recognizer_.grip().why_not.find("pictures show the palm at the object"),
+            std::string::npos)
+      << recognizer_.grip().why_not;
 }
 
 TEST_F(Stage, TakesNoStopInTheAirForAGoal) {

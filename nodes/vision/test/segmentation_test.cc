@@ -243,18 +243,5 @@ TEST(RegionFinder, DoesNotAllocateOnceItHasSeenSuchPictures) {
   EXPECT_EQ(finder.regions().size(), before);
 }
 
-TEST(LightMeter, TurnsWarmDimLightIntoTheReference) {
-  image::Image image(100, 80);
-  const Eigen::Vector3d reference(140, 150, 160), light(0.5, 0.6, 0.8);
-  for (std::size_t i = 0; i < image.bgr.size(); ++i) {
-    const auto c = static_cast<Eigen::Index>(i % 3);
-    image.bgr[i] = static_cast<std::uint8_t>(reference[c] * light[c]);
-  }
-  LightMeter meter(reference);
-  EXPECT_TRUE(meter.update(median_bgr(image)).isApprox(light.cwiseInverse(), 0.01));
-  LightMeter off(Eigen::Vector3d::Zero());
-  EXPECT_TRUE(off.update(median_bgr(image)).isApprox(Eigen::Vector3d::Ones()));
-}
-
 }  // namespace
 }  // namespace mimesis::vision

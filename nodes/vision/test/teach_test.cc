@@ -77,8 +77,8 @@ TEST(Teach, FindsTheTaughtColoursInOtherPicturesAndLight) {
     EXPECT_LT(wrong, 1e-4) << seed;
     // The light meter brings the picture back to the light of the lesson.
     const image::Image dim = scene(seed, 4.0, 0.65).image;
-    LightMeter meter(lesson->reference_bgr);
-    table.set_gain(meter.update(median_bgr(dim)));
+    LightMeter meter(lesson->spots, lesson->reference_bgr);
+    table.set_gain(meter.update(dim));
     const auto [missed_dim, wrong_dim] = mistakes(table, dim);
     EXPECT_LT(missed_dim, 0.05) << seed;
     EXPECT_LT(wrong_dim, 1e-3) << seed;

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,22 @@ struct CalibrationPictures {
   std::vector<std::vector<std::filesystem::path>> files;
 };
 
-/// Reads the PNG and JPEG files of each camera and finds the board in them.
-/// @param from per camera a folder, or the beginning of the files' paths ("calibration/left"). What
-///   follows in the name tells pictures of one instant: "left07.jpg" and "right07.jpg" belong
-///   together.
-/// @throws ConfigError if there are none, or if they show a board with other corners than said.
+/// A camera's pictures: what tells one from the others, the same in all cameras -> its file.
+using NamedPictures = std::map<std::string, std::filesystem::path>;
+
+/// The PNG and JPEG files of each camera. Pictures of one instant are told by what follows the
+/// common beginning of their names ("left07.jpg" and "right07.jpg"); if that gives fewer pairs, by
+/// their words and numbers without the side (left, right, l, r, the number of a cam) and without
+/// zeros before numbers ("7_l", "imgRight007"); if that gives none, by their last numbers.
+/// @param from per camera a folder, or the beginning of the files' paths ("calibration/left"); one
+///   folder for both cameras if names say the side
+/// @param rejected gets pictures without a partner, and two of one name
+/// @throws ConfigError if a camera has none.
+std::vector<NamedPictures> pictures_by_name(const std::vector<std::string>& from,
+                                            std::vector<vision::Rejected>& rejected);
+
+/// Reads these files and finds the board in them.
+/// @throws ConfigError as pictures_by_name, or if they show a board with other corners than said.
 CalibrationPictures read_calibration_pictures(const vision::Board& board,
                                               const std::vector<std::string>& from);
 

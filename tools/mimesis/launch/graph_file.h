@@ -106,6 +106,7 @@ struct ResultField {
   FieldPath from;
   std::optional<double> scale;  ///< factor
   std::optional<int> digits;    ///< after the point
+  std::optional<double> none;   ///< value of the message that means none: null
 };
 
 struct ResultSpec {

@@ -27,6 +27,7 @@ std::optional<ResultField> result_field(const Text& name, const Yaml& value, Sec
       section.mistakes().add(value.place, "a result field needs from: TOPIC.FIELD");
     field.scale = s.number("scale", -1e12, 1e12);
     field.digits = s.whole("digits", 0, 15);
+    field.none = s.number("none", -1e12, 1e12);
     s.finish();
   } else {
     from = section.expand(value, "TOPIC.FIELD");

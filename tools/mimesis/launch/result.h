@@ -94,6 +94,7 @@ class ResultCollector {
   // Samples kept per topic: T is known soon after it has passed, this is seconds of a fast topic.
   static constexpr std::size_t kKept = 4096;
   static Json scaled(const Json& value, const ResultField& field) {
+    if (field.none && value == Json(*field.none)) return nullptr;
     if (!value.is_number() || (!field.scale && !field.digits)) return value;
     double number = value.get<double>() * field.scale.value_or(1.0);
     if (field.digits) {

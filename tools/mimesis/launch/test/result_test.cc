@@ -82,6 +82,14 @@ TEST_F(Result, ScalesAndRounds) {
   EXPECT_EQ(c.line("").dump(), R"({"e_mm":3.1,"success":true})");
 }
 
+TEST_F(Result, AValueThatMeansNoneIsNull) {
+  ResultCollector c(spec("{e_mm: {from: world/outcome.placement_error_m, none: -1, scale: 1000}}"));
+  v1::TrialOutcome failed = outcome(false);
+  failed.set_placement_error_m(-1.0);
+  c.add("world/outcome", 2s, failed);
+  EXPECT_EQ(c.line("").dump(), R"({"e_mm":null,"success":false})");
+}
+
 TEST_F(Result, UnknownFieldIsAMistakeOfTheFile) {
   ResultCollector c(spec("{e: world/outcome.colisions}"));
   const std::string refused = testing::refusal([&] { c.add("world/outcome", 2s, outcome(true)); });
