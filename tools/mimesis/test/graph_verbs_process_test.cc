@@ -126,7 +126,7 @@ TEST_F(GraphVerbs, ParamListSaysWhatMayChange) {
   EXPECT_EQ(found["rate_hz"]["changeable"], false);
   EXPECT_EQ(found["rate_hz"]["unit"], "Hz");
   EXPECT_EQ(found["rate_hz"]["value"], 100.0);
-  EXPECT_EQ(found["mode"]["allowed"], "one of mix, refuse");
+  EXPECT_EQ(found["mode"]["allowed"], "one of mix, refuse, needs");
   EXPECT_NE(run({"param", "list"}).out.find("a.salt"), std::string::npos);
 }
 
