@@ -216,8 +216,8 @@ tl::expected<Request, std::string> parse_text(std::string_view text) {
   if (tool::nested_deeper(text, kDeepest))
     return tl::unexpected(fmt::format("not understood: nested deeper than {}", kDeepest));
   try {
-    return parse(Json::parse(text));   // a callback that watches the depth makes it quadratic
-  } catch (const std::exception& e) {  // of the library or ours: all say what was expected
+    return parse(Json::parse(text));         // a callback that watches the depth makes it quadratic
+  } catch (const std::exception& e) {        // of the library or ours: all say what was expected
     constexpr std::size_t kMostBytes = 300;  // the library repeats what it has read
     std::string why = e.what();
     if (why.size() > kMostBytes) why = why.substr(0, kMostBytes) + " ...";

@@ -428,8 +428,8 @@ class Server::Impl::Visit : public std::enable_shared_from_this<Visit> {
     if (const char* why = trusted ? nullptr : stranger(request)) {
       return answer(request, http::status::forbidden, {"text/plain", std::string(why) + "\n"});
     }
-    const std::uint64_t strangers = server_.strangers;
-    const std::uint64_t seated = trusted ? server_.open - strangers : strangers;
+    const std::uint64_t untrusted = server_.strangers;
+    const std::uint64_t seated = trusted ? server_.open - untrusted : untrusted;
     if (seated >= (trusted ? kMostClients : kMostStrangers))
       return answer(request, http::status::service_unavailable,
                     {"text/plain", "too many clients\n"});
