@@ -102,9 +102,13 @@ std::shared_ptr<MappedPayloads> MappedPayloads::open(int pid, std::uint64_t fd) 
   if (opened < 0) return nullptr;
   std::shared_ptr<MappedPayloads> payloads(new MappedPayloads(opened));
   const int seals = fcntl(opened, F_GET_SEALS);
-  if (seals < 0 || (seals & F_SEAL_SHRINK) == 0 || !payloads->map()) return nullptr;
-  const auto* head = reinterpret_cast<const Head*>(payloads->base_);
-  return head->magic.load(std::memory_order_relaxed) == kMagic ? payloads : nullptr;
+  const bool sealed = seals >= 0 && (seals & F_SEAL_SHRINK) != 0;
+  if (sealed && payloads->map() &&
+      reinterpret_cast<const Head*>(payloads->base_)->magic.load(std::memory_order_relaxed) ==
+          kMagic)
+    return payloads;
+  errno = EPERM;  // it lives, but gives nothing that can be mapped: ENOENT would wait for ever
+  return nullptr;
 }
 
 MappedPayloads::~MappedPayloads() {
