@@ -84,6 +84,7 @@ bool InPort::next(Message& out) {
       continue;
     }
     newest_stamp_ = received->stamp;
+    newest_source_ = received->source;
     ++valid_;
     return true;
   }

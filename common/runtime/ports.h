@@ -27,9 +27,10 @@ class InPort {
   const google::protobuf::Message* newest();
   /// Next valid message in order of arrival, moved into `out`; false if there is none.
   bool next(google::protobuf::Message& out);
-  Time newest_stamp_{};      ///< stamp of newest()
-  bool unseen_ = false;      ///< newest() changed since the last take
-  std::uint64_t valid_ = 0;  ///< valid messages so far
+  Time newest_stamp_{};        ///< stamp of newest()
+  std::string newest_source_;  ///< node that published it
+  bool unseen_ = false;        ///< newest() changed since the last take
+  std::uint64_t valid_ = 0;    ///< valid messages so far
 
  private:
   struct Impl;
@@ -68,6 +69,11 @@ class Latest : private InPort {
     get();
     return newest_stamp_;
   }
+  /// Node that published get().
+  const std::string& source() {
+    get();
+    return newest_source_;
+  }
 
  private:
   std::uint64_t aged_ = 0;  ///< message whose age counts since
@@ -86,6 +92,8 @@ class EventPort : private InPort {
     if (!next(m)) return std::nullopt;
     return m;
   }
+  /// Node that published the message popped last.
+  const std::string& source() const { return newest_source_; }
 };
 
 /// Events: up to N between two steps, the oldest are dropped and counted.

@@ -54,13 +54,14 @@ Loopback::~Loopback() {
   std::filesystem::remove_all(directory_, ignored);
 }
 
-void Loopback::send_raw(std::string_view port, std::string payload, runtime::Time stamp) {
+void Loopback::send_raw(std::string_view port, std::string payload, runtime::Time stamp,
+                        std::string_view source) {
   const auto it = inputs_.find(port);
   if (it == inputs_.end())
     throw ConfigError("loopback: the node has no input " + std::string(port));
   Input& in = *it->second;
   ++in.counters.received;
-  in.pending.push_back({std::move(payload), stamp, ++in.seq, "test"});
+  in.pending.push_back({std::move(payload), stamp, ++in.seq, std::string(source)});
   const std::size_t depth = in.options.policy == runtime::Policy::latest  ? 1
                             : in.options.policy == runtime::Policy::queue ? in.options.depth
                                                                           : in.pending.size();

@@ -24,19 +24,22 @@ class Loopback final : public runtime::Bus {
   explicit Loopback(const Options& options);
   ~Loopback() override;
 
-  /// Delivers `message` to input `port`, published at `stamp`. The header is filled in.
+  /// Delivers `message` to input `port`, published at `stamp` by node `source`. The header is
+  /// filled in.
   template <class M>
-  void send(std::string_view port, M message, runtime::Time stamp) {
+  void send(std::string_view port, M message, runtime::Time stamp,
+            std::string_view source = "test") {
     if constexpr (requires { message.mutable_header()->set_stamp_ns(0); }) {
       message.mutable_header()->set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
     } else if constexpr (requires { message.mutable_timestamp()->set_seconds(0); }) {
       message.mutable_timestamp()->set_seconds(stamp.count() / 1'000'000'000);
       message.mutable_timestamp()->set_nanos(static_cast<int>(stamp.count() % 1'000'000'000));
     }
-    send_raw(port, message.SerializeAsString(), stamp);
+    send_raw(port, message.SerializeAsString(), stamp, source);
   }
   /// Delivers bytes as they are: malformed messages.
-  void send_raw(std::string_view port, std::string payload, runtime::Time stamp);
+  void send_raw(std::string_view port, std::string payload, runtime::Time stamp,
+                std::string_view source = "test");
 
   /// Oldest message the node published on `port` and not taken yet.
   template <class M>

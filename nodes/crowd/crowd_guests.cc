@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kFarBody_m = 1e5, kLongest_s = 10.0;
+constexpr Guests::Time kTwice = std::chrono::seconds(2);  // that two move an agent is said for
 
 bool takes_part(v1::WalkState state) {
   return state == v1::WALK_STATE_STANDING || state == v1::WALK_STATE_STARTING ||
@@ -39,24 +40,15 @@ Guests::Guests(const CrowdParams& params, runtime::Bus& bus, ScenarioRun& run)
       agents_(run.roster().externals(), params.trust_in(run.scenario())),
       reasons_(static_cast<std::size_t>(run.roster().externals())),
       agents_in_(bus, "agents", true),
-      characters_in_(bus, "characters", {.optional = true}),
-      robot_in_(bus, "robot", {.optional = params.robot.agent < 0}),
+      characters_in_(bus, "characters", true),
+      robots_in_(bus, "robots", true),
       command_(bus, "command"),
-      style_(bus, "wish") {
-  if (params.robot.agent >= agents_.size()) {
-    throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
-                                  params.robot.agent, agents_.size()));
-  }
-}
+      style_(bus, "wish") {}
 
-void Guests::take(Time now, bool first) {
-  while (const auto states = agents_in_.pop()) {
-    if (first) take_agents(*states, now);
-  }
-  const v1::MotionBatch* batch = characters_in_.take();
-  if (batch != nullptr && first) take_characters(*batch, now);
-  const v1::WalkFeedback* robot = robot_in_.take();
-  if (robot != nullptr && params_.robot.agent >= 0 && first) take_robot(*robot, now);
+void Guests::take(Time now) {
+  while (const auto states = agents_in_.pop()) take_agents(*states, now);
+  while (const auto batch = characters_in_.pop()) take_characters(*batch, now);
+  while (const auto robot = robots_in_.pop()) take_robot(*robot, now);
 }
 
 void Guests::take_agents(const v1::CrowdStates& states, Time now) {
@@ -65,53 +57,102 @@ void Guests::take_agents(const v1::CrowdStates& states, Time now) {
     return;
   }
   const Time stamp(states.header().stamp_ns());
+  const std::string& node = agents_in_.source();
   for (int i = 0; i < states.id_size(); ++i) {
-    hear(states.id(i), to_report(states, i), stamp, now);
+    const int e = run_.roster().external(states.id(i));
+    if (e >= 0 && moves(node, e, now)) hear(e, to_report(states, i), stamp, now);
+    if (e < 0 && bad_.pass()) {
+      runtime::warn("agent {} of '{}' is none that may come: the scenario names {} of them",
+                    states.id(i), node, run_.roster().externals());
+    }
   }
   for (const std::uint64_t id : states.leaving()) {
-    if (const int e = run_.roster().external(id); e >= 0) agents_.leave(e);
+    const int e = run_.roster().external(id);
+    if (e >= 0 && moves(node, e, now)) agents_.leave(e);
   }
 }
 
-void Guests::hear(AgentId id, const AgentReport& report, Time stamp, Time now) {
-  const int e = run_.roster().external(id);
-  if (e < 0) {
-    if (bad_.pass()) {
-      runtime::warn("agent {} is none that may come: the scenario names {} of them", id,
-                    run_.roster().externals());
+/// Numbers of the external agents that have the names of a node's characters; -1: none has.
+const std::vector<int>& Guests::named(const std::string& node, int characters) {
+  std::vector<int>& found = named_[node];
+  while (static_cast<int>(found.size()) < characters) {
+    const auto& externals = run_.scenario().externals;
+    const std::size_t k = found.size();
+    const auto it = std::ranges::find_if(externals, [&](const External& e) {
+      return e.name == fmt::format("{}/{}", node, k) || (k == 0 && e.name == node);
+    });
+    found.push_back(it == externals.end() ? -1 : static_cast<int>(it - externals.begin()));
+    if (found.back() < 0) {
+      runtime::warn(
+          "character {} of '{}' takes no part: the scenario's `externals` name no '{}/{}'", k, node,
+          node, k);
     }
-    return;
   }
-  const std::string why = agents_.hear(e, report, stamp, now);
-  reasons_[static_cast<std::size_t>(e)] = why;
+  return found;
+}
+
+/// Whether this node's word on the agent counts: it does while no other node moves it.
+bool Guests::moves(const std::string& node, int number, Time now) {
+  Author& author = authors_[number];
+  if (agents_.trust(number) == Trust::absent) author.node = node;
+  if (author.node == node) return true;
+  author.other = node;
+  author.other_time = now;
+  if (twice_.pass()) {
+    runtime::warn("agent '{}' is moved by node '{}'; what '{}' says of it is ignored",
+                  run_.scenario().externals[static_cast<std::size_t>(number)].name, author.node,
+                  node);
+  }
+  return false;
+}
+
+void Guests::hear(int number, const AgentReport& report, Time stamp, Time now) {
+  const std::string why = agents_.hear(number, report, stamp, now);
+  reasons_[static_cast<std::size_t>(number)] = why;
   if (!why.empty() && bad_.pass()) {
-    runtime::warn("agent '{}': {}", run_.scenario().externals[static_cast<std::size_t>(e)].name,
-                  why);
+    runtime::warn("agent '{}': {}",
+                  run_.scenario().externals[static_cast<std::size_t>(number)].name, why);
   }
 }
 
 void Guests::take_characters(const v1::MotionBatch& batch, Time now) {
-  const int n =
-      std::min(batch.phase_rad_size(), run_.roster().externals() - params_.first_character);
+  const int n = batch.phase_rad_size();
   if (batch.heading_rad_size() < n || batch.position_pelvis_in_world_m_size() < 3 * n) {
     if (bad_.pass()) runtime::warn("characters: lists of different lengths; ignored");
     return;
   }
+  const std::string& node = characters_in_.source();
+  const std::vector<int>& numbers = named(node, n);
   for (int i = 0; i < n; ++i) {
+    const int e = numbers[static_cast<std::size_t>(i)];
+    if (e < 0 || !moves(node, e, now)) continue;
     AgentReport report;
     report.p_W_m = {static_cast<double>(batch.position_pelvis_in_world_m(3 * i)),
                     static_cast<double>(batch.position_pelvis_in_world_m(3 * i + 1))};
     report.heading_rad = static_cast<double>(batch.heading_rad(i));
     report.phase_rad = static_cast<double>(batch.phase_rad(i));
-    hear_body(params_.first_character + i, report, characters_in_.stamp(), now);
+    hear_body(e, i, report, Time(batch.header().stamp_ns()), now);
   }
+}
+
+/// Duration of a robot's step: half a cycle of the beat that it is, or of its group's gait.
+double Guests::step_s(int number) const {
+  const Scenario& scenario = run_.scenario();
+  const std::string& name = scenario.externals[static_cast<std::size_t>(number)].name;
+  const AgentId id = run_.roster().external_id(number);
+  const int group = run_.crowd().group_of(id).value_or(run_.roster().home(id));
+  return kPi / (scenario.beat.agent == name ? scenario.beat.rate_rad_s
+                                            : run_.eigenfrequency_rad_s(group));
 }
 
 /// A robot that waits, or has stopped for safety, takes part no longer.
 void Guests::take_robot(const v1::WalkFeedback& robot, Time now) {
+  const std::string& node = robots_in_.source();
+  const int number = named(node, 1)[0];
+  if (number < 0 || !moves(node, number, now)) return;
   if (!takes_part(robot.state())) {
-    agents_.leave(params_.robot.agent);
-    bodies_.erase(params_.robot.agent);
+    agents_.leave(number);
+    bodies_.erase(number);
     return;
   }
   const v1::Vector3& pelvis = robot.position_pelvis_in_world_m();
@@ -124,19 +165,20 @@ void Guests::take_robot(const v1::WalkFeedback& robot, Time now) {
   AgentReport report;
   report.p_W_m = {pelvis.x_m(), pelvis.y_m()};
   report.heading_rad = math::wrap_pi(robot.heading_rad());
-  report.phase_rad = phase_of(robot, params_.robot.step_s);
-  const bool steps = robot.to_landing_s() > 0.0 && robot.to_landing_s() <= params_.robot.step_s;
-  hear_body(params_.robot.agent, report, robot_in_.stamp(), now,
-            steps ? kPi / params_.robot.step_s : 0.0);
+  const double step = step_s(number);
+  report.phase_rad = phase_of(robot, step);
+  const bool steps = robot.to_landing_s() > 0.0 && robot.to_landing_s() <= step;
+  hear_body(number, 0, report, Time(robot.header().stamp_ns()), now, steps ? kPi / step : 0.0);
 }
 
 /// Rates that it does not say are those since the message before; it walks where its pelvis does in
 /// the mean.
-void Guests::hear_body(int number, AgentReport report, Time stamp, Time now,
+void Guests::hear_body(int number, int character, AgentReport report, Time stamp, Time now,
                        std::optional<double> phase_rate_rad_s) {
   const AgentId id = run_.roster().external_id(number);
   const auto [known, comes] = bodies_.try_emplace(number);
   Body& body = known->second;
+  body.character = character;
   if (!comes && stamp <= body.stamp) return;
   const double dt = to_seconds(stamp - body.stamp);
   if (!comes) {
@@ -154,7 +196,7 @@ void Guests::hear_body(int number, AgentReport report, Time stamp, Time now,
   if (body.asked_rad && body.path.cycle_m() > 0.0) {
     body.heading.learn(*body.asked_rad, walker.heading_rad, body.path.advance());
   }
-  if (!comes) hear(id, walker, stamp, now);
+  if (!comes) hear(number, walker, stamp, now);
 }
 
 std::vector<Guests::Change> Guests::judge(Time now, Time state_time) {
@@ -210,7 +252,7 @@ Guests::Change Guests::change_trust(const ExternalAgents::Change& change, Time s
 
 void Guests::publish_commands(Time now) {
   command_message_.clear_gaits();
-  for (int e = params_.first_character; e < agents_.size(); ++e) {
+  for (int e = 0; e < agents_.size(); ++e) {
     if (agents_.trust(e) != Trust::trusted) continue;
     const AgentId id = run_.roster().external_id(e);
     const std::optional<Crowd::Wish> wish = run_.crowd().wish(id);
@@ -221,7 +263,7 @@ void Guests::publish_commands(Time now) {
 }
 
 void Guests::publish_styles(Time now) {
-  for (int e = params_.first_character; e < agents_.size(); ++e) {
+  for (int e = 0; e < agents_.size(); ++e) {
     if (agents_.trust(e) == Trust::absent) continue;
     const std::optional<int> group = run_.crowd().group_of(run_.roster().external_id(e));
     if (!group) continue;
@@ -230,7 +272,10 @@ void Guests::publish_styles(Time now) {
     if (told != styles_.end() && told->second == gait) continue;
     styles_[e] = gait;
     v1::StyleWish wish;
-    wish.add_characters(static_cast<std::uint32_t>(e - params_.first_character));
+    wish.set_node(authors_[e].node);
+    const auto body = bodies_.find(e);
+    wish.add_characters(
+        static_cast<std::uint32_t>(body == bodies_.end() ? 0 : body->second.character));
     v1::StyleShare& share = *wish.add_shares();
     share.set_style(run_.scenario().gaits[static_cast<std::size_t>(gait)].name);
     share.set_share(1.0);
@@ -248,14 +293,16 @@ v1::GaitCommand Guests::command_for(int number, const Crowd::Wish& wish) {
       std::min(params_.ahead_s, settling_s(group.rules.heading, wish.phase_rate_rad_s));
   double step_m = agent.traits.stride * (1.0 + wish.length) * 0.5 * group.gait.cycle_m();
   double heading = agent.state.heading_rad + ahead_s * wish.heading_rate_rad_s;
+  v1::GaitCommand command;
   if (const auto body = bodies_.find(number); body != bodies_.end()) {
+    command.set_character(static_cast<std::uint32_t>(body->second.character));
     step_m /= body->second.step.value();
     body->second.asked_m = step_m;
     body->second.asked_rad = heading;
     heading += body->second.path.yaw_rad() + body->second.heading.value_rad();
   }
-  v1::GaitCommand command;
-  command.set_character(static_cast<std::uint32_t>(number - params_.first_character));
+  command.set_node(authors_[number].node);
+  command.set_agent(id);
   command.set_phase_rad(math::wrap_two_pi(agent.state.phase_rad));
   command.set_phase_rate_rad_s(std::max(0.0, wish.phase_rate_rad_s));
   command.set_step_length_m(step_m);
@@ -270,7 +317,15 @@ void Guests::describe(v1::CrowdStatus& status, Time now) const {
     external.set_name(run_.scenario().externals[static_cast<std::size_t>(e)].name);
     external.set_trust(crowd::to_proto(agents_.trust(e)));
     external.set_reason(reasons_[static_cast<std::size_t>(e)]);
-    if (agents_.trust(e) != Trust::absent) external.set_age_s(agents_.age_s(e, now));
+    if (agents_.trust(e) == Trust::absent) continue;
+    external.set_age_s(agents_.age_s(e, now));
+    const auto author = authors_.find(e);
+    if (author == authors_.end()) continue;
+    external.set_node(author->second.node);
+    if (!author->second.other.empty() && now - author->second.other_time <= kTwice) {
+      external.set_reason(fmt::format("moved by node '{}'; what '{}' says of it is ignored",
+                                      author->second.node, author->second.other));
+    }
   }
 }
 

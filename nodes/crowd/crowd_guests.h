@@ -15,9 +15,11 @@
 
 namespace mimesis::crowd {
 
-/// Agents that other processes move: those on port `agents`, the synthesizer's characters, a
-/// walking robot. Decides whom to trust, puts them into the run, and publishes their commands. Of
-/// several coordinators, the first one looks after them.
+/// Agents that other processes move: those on port `agents`, which say their ids; and those that
+/// have the name of the node that moves them: characters of synthesizers ("NODE/0", "NODE/1", ..;
+/// NODE is the first one too) and robots ("NODE" of the walker). Decides whom to trust, puts them
+/// into the run, and publishes their commands. An agent is moved by one node until that is
+/// forgotten.
 class Guests {
  public:
   using Time = runtime::Time;
@@ -25,8 +27,8 @@ class Guests {
   /// @throws ConfigError
   Guests(const CrowdParams& params, runtime::Bus& bus, ScenarioRun& run);
 
-  /// Reads the ports. @param first  false: messages are dropped
-  void take(Time now, bool first);
+  /// Reads the ports.
+  void take(Time now);
   /// A change of trust, or what went wrong with it.
   struct Change {
     int group;
@@ -44,6 +46,7 @@ class Guests {
  private:
   /// An agent with a body: its last state, rates as differences, and its steps.
   struct Body {
+    int character = 0;  // of its node
     AgentReport report;
     Time stamp{};
     PathFilter path;
@@ -55,8 +58,11 @@ class Guests {
   void take_agents(const v1::CrowdStates& states, Time now);
   void take_characters(const v1::MotionBatch& batch, Time now);
   void take_robot(const v1::WalkFeedback& robot, Time now);
-  void hear(AgentId id, const AgentReport& report, Time stamp, Time now);
-  void hear_body(int number, AgentReport report, Time stamp, Time now,
+  const std::vector<int>& named(const std::string& node, int characters);
+  bool moves(const std::string& node, int number, Time now);
+  double step_s(int number) const;
+  void hear(int number, const AgentReport& report, Time stamp, Time now);
+  void hear_body(int number, int character, AgentReport report, Time stamp, Time now,
                  std::optional<double> phase_rate_rad_s = std::nullopt);
   Change change_trust(const ExternalAgents::Change& change, Time state_time);
   v1::GaitCommand command_for(int number, const Crowd::Wish& wish);
@@ -64,15 +70,23 @@ class Guests {
   CrowdParams params_;
   ScenarioRun& run_;
   ExternalAgents agents_;
+  /// Who moves an agent, and who else would.
+  struct Author {
+    std::string node, other{};
+    Time other_time{};
+  };
+  std::map<std::string, std::vector<int>>
+      named_;                         // by node: agent of each of its characters, or -1
   std::vector<std::string> reasons_;  // of their trust; like the maps by number of the agent
+  std::map<int, Author> authors_;
   std::map<int, Body> bodies_;
   std::map<int, int> styles_;  // gait last sent to a character
   v1::CrowdCommand command_message_;
-  runtime::Throttle bad_{std::chrono::seconds(1)};
+  runtime::Throttle bad_{std::chrono::seconds(1)}, twice_{std::chrono::seconds(1)};
 
   runtime::Queue<v1::CrowdStates, 256> agents_in_;
-  runtime::Latest<v1::MotionBatch> characters_in_;
-  runtime::Latest<v1::WalkFeedback> robot_in_;
+  runtime::Queue<v1::MotionBatch, 64> characters_in_;
+  runtime::Queue<v1::WalkFeedback, 64> robots_in_;
   runtime::Out<v1::CrowdCommand> command_;
   runtime::Out<v1::StyleWish> style_;
 };

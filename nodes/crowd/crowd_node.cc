@@ -16,13 +16,9 @@ namespace {
 
 using runtime::Time;
 
-ScenarioRun start(const CrowdParams& params) {
-  const int own = params.far().own;
-  return ScenarioRun(params.read_scenario(),
-                     [map = params.regions.map(), own](const auto& p) { return map.of(p) == own; });
-}
-
 using namespace std::chrono_literals;
+
+constexpr double kCatchUp_s = 0.5;  // of run time in one step of the node
 
 v1::CrowdRule to_proto(Rule rule) {
   constexpr std::array kRules = {v1::CROWD_RULE_FREQUENCY, v1::CROWD_RULE_LENGTH,
@@ -40,6 +36,8 @@ void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
   out.set_expected_rate_1_s(c.expected_1_s);
   out.set_in_the_end(c.in_the_end);
   out.set_guests(static_cast<std::uint32_t>(line.guests));
+  out.set_while_free(c.while_free);
+  if (std::isfinite(c.remains)) out.set_remains(c.remains);
   if (line.report.measured_1_s) out.set_measured_rate_1_s(*line.report.measured_1_s);
   out.set_disorder(line.disorder);
   out.set_agents(static_cast<std::uint32_t>(agents));
@@ -49,19 +47,11 @@ void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
 
 }  // namespace
 
-void CrowdNode::StepTimes::add(double s, int agents) {
-  mean_s += (s - mean_s) / static_cast<double>(++steps);
-  worst_s = std::max(worst_s, s);
-  sum_s += s;
-  agent_steps += agents;
-}
-
 CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       bus_(bus),
       period_(runtime::from_seconds(1.0 / params.rate_hz)),
-      run_(start(params)),
-      peers_(params, bus, run_),
+      run_(params.read_scenario()),
       guests_(params, bus, run_),
       watch_(run_),
       styles_in_(bus, "style", true),
@@ -80,42 +70,59 @@ CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
 }
 
 void CrowdNode::step(Time now) {
-  if (steps_ == 0) {
-    v1::CrowdInfo info = to_info(run_, peers_.count());
+  if (!begin_) {
+    begin_ = now - period_;
+    v1::CrowdInfo info = to_info(run_);
     info_.send(info, now);
   }
-  ++steps_;
-  const auto begin = std::chrono::steady_clock::now();
-  const Time state_time = now - period_;  // time of the run's state and of the others' last reports
-  for (const std::string& trouble : peers_.take(now, state_time)) say(trouble);
-  guests_.take(now, first());
+  const auto before = std::chrono::steady_clock::now();
+  guests_.take(now);
   take_styles();
-  share(state_time);
-  if (!runs_) {
-    reason_ = peers_.waits(now);
-    runs_ = reason_.empty();
-    status_changed_ |= runs_;
-  }
-  if (runs_) {
-    if (const std::string why = peers_.import(state_time); !why.empty()) say(why);
-    if (first()) judge_guests(now, state_time);
+  const int steps = steps_due(now);
+  judge_guests(now, *begin_ + runtime::from_seconds(run_.time_s()));
+  for (int k = 0; k < steps; ++k) {
     observe();
     if (!ended_ && run_.time_s() >= run_.scenario().until_s - 0.5 * run_.crowd().dt_s()) {
       ended_ = true;
       publish_outcome(now);
     }
     advance();
-    peers_.hand_over(now);
   }
   publish_states(now);
-  if (first() && runs_) guests_.publish_commands(now);
-  if (first()) guests_.publish_styles(now);
+  guests_.publish_commands(now);
+  guests_.publish_styles(now);
   publish_scene(now);
   publish_certificate(now);
   publish_status(now);
-  if (!runs_) return;
-  const auto elapsed = [&] { return to_seconds(std::chrono::steady_clock::now() - begin); };
-  step_times_.add(runtime::read_outside_value<double>(bus_, "step", elapsed), run_.crowd().size());
+  const auto elapsed = [&] { return to_seconds(std::chrono::steady_clock::now() - before); };
+  const double s = runtime::read_outside_value<double>(bus_, "step", elapsed);
+  step_times_.steps += steps;
+  step_times_.sum_s += s;
+  step_times_.worst_s = std::max(step_times_.worst_s, s);
+  step_times_.agent_steps += static_cast<double>(steps) * run_.crowd().size();
+}
+
+/// Steps that the run is behind the clock, as many as are made at once.
+int CrowdNode::steps_due(Time now) {
+  const double dt_s = run_.crowd().dt_s();
+  const long due = std::max(0L, std::lround(to_seconds(now - *begin_) / dt_s) - walked_);
+  const long steps = std::min(due, std::max(1L, std::lround(kCatchUp_s / dt_s)));
+  walked_ += steps;
+  std::string behind;
+  if (due > steps) {
+    behind = fmt::format("the run is {:.1f} s behind the clock",
+                         static_cast<double>(due - steps) * dt_s);
+  }
+  if (behind.empty() != behind_.empty()) {
+    status_changed_ = true;
+    if (behind.empty()) {
+      runtime::info("the run has caught up with the clock");
+    } else {
+      runtime::warn("{}: it was stopped, or its steps take too long", behind);
+    }
+  }
+  behind_ = behind;
+  return static_cast<int>(steps);
 }
 
 void CrowdNode::take_styles() {
@@ -133,14 +140,6 @@ void CrowdNode::take_styles() {
   }
 }
 
-/// Adopts agents that nobody owns; what the others' regions are then is for hand_over.
-void CrowdNode::share(Time state_time) {
-  const Peers::Shared shared = peers_.share(state_time);
-  status_changed_ |= shared.changed;
-  for (const std::string& trouble : shared.troubles) say(trouble);
-  for (const auto& [group, what] : shared.disturbed) watch_.disturb(run_, group, what);
-}
-
 void CrowdNode::judge_guests(Time now, Time state_time) {
   for (const Guests::Change& change : guests_.judge(now, state_time)) {
     status_changed_ = true;
@@ -152,29 +151,24 @@ void CrowdNode::judge_guests(Time now, Time state_time) {
   }
 }
 
-/// Everybody at the time of the run's present state.
+/// Everybody at the time of the run's present state, by group and id.
 void CrowdNode::observe() {
   everybody_.clear();
+  discs_.clear();
   const Crowd& crowd = run_.crowd();
-  const auto known = [&](AgentId id, int group) {
-    const AgentTraits& t = run_.roster().start(id).traits;
-    Observed o{.id = id, .group = group};
-    o.place_m = t.place_m;
-    o.lane_m = t.lane_m;
-    o.radius_m = t.radius_m;
-    o.goal_W_m = t.goal_W_m;
-    return o;
-  };
   for (int g = 0; g < crowd.groups(); ++g) {
     const Crowd::Rows rows = crowd.rows(g);
     for (int row = rows.first; row < rows.first + rows.count; ++row) {
       const auto r = static_cast<std::size_t>(row);
       const AgentId id = crowd.ids()[r];
-      const bool external = run_.roster().external(id) >= 0;
-      if (crowd.roles()[r] != Role::own && !(external && first())) continue;
-      Observed o = known(id, g);
+      const AgentTraits& start = run_.roster().start(id).traits;
+      Observed o{.id = id, .group = g};
+      o.place_m = start.place_m;
+      o.lane_m = start.lane_m;
+      o.radius_m = start.radius_m;
+      o.goal_W_m = start.goal_W_m;
       o.coupled = is_coupled(crowd.roles()[r]);
-      o.external = external;
+      o.external = run_.roster().external(id) >= 0;
       o.p_W_m = {crowd.x_m()[r], crowd.y_m()[r]};
       o.heading_rad = crowd.heading_rad()[r];
       o.phase_rad = crowd.phase_rad()[r];
@@ -183,33 +177,10 @@ void CrowdNode::observe() {
         o.goal_W_m = crowd.agent(row).traits.goal_W_m;
       }
       everybody_.push_back(o);
+      discs_.push_back({id, o.p_W_m.x(), o.p_W_m.y(), o.radius_m});
     }
   }
-  const std::size_t own = everybody_.size();
-  for (const FarAgent& agent : far().agents()) {
-    Observed o = known(agent.id, agent.group);
-    o.coupled = agent.trusted;
-    o.external = agent.external;
-    o.p_W_m = agent.state.position_W_m;
-    o.heading_rad = agent.state.heading_rad;
-    o.phase_rad = agent.state.phase_rad;
-    everybody_.push_back(o);
-  }
-  if (everybody_.size() > own) {
-    std::ranges::sort(everybody_, {}, [](const Observed& o) { return std::pair(o.group, o.id); });
-  }
-  if (first()) watch_.observe(run_, run_.time_s(), everybody_);
-  count_near();
-}
-
-/// Pairs with one of our agents; each pair is counted by one coordinator.
-void CrowdNode::count_near() {
-  discs_.clear();
-  for (const Observed& o : everybody_) {
-    const auto there = std::ranges::lower_bound(far().agents(), o.id, {}, &FarAgent::id);
-    const bool ours = there == far().agents().end() || there->id != o.id;
-    discs_.push_back({o.id, o.p_W_m.x(), o.p_W_m.y(), o.radius_m, ours});
-  }
+  watch_.observe(run_, run_.time_s(), everybody_);
   closeness_.observe(discs_);
 }
 
@@ -229,9 +200,8 @@ void CrowdNode::say(const std::string& trouble) {
 }
 
 void CrowdNode::publish_states(Time now) {
-  states_message_.set_time_s(runs_ ? run_.time_s() : 0.0);
+  states_message_.set_time_s(run_.time_s());
   to_proto(run_, states_message_);
-  peers_.describe(states_message_, now);
   states_message_.set_collisions(closeness_.collisions());
   if (std::isfinite(closeness_.least_gap_m())) {
     states_message_.set_least_gap_m(closeness_.least_gap_m());
@@ -242,7 +212,7 @@ void CrowdNode::publish_states(Time now) {
 
 void CrowdNode::publish_scene(Time now) {
   // The picture is of the step before: in the first there is none.
-  if (!first() || params_.scene_hz <= 0.0 || steps_ == 1 || now < scene_due_) return;
+  if (params_.scene_hz <= 0.0 || walked_ <= 1 || now < scene_due_) return;
   if (scene_due_ == Time{}) scene_due_ = now;
   scene_due_ += runtime::from_seconds(1.0 / params_.scene_hz);
   foxglove::SceneUpdate update = paint(run_.scenario(), everybody_, now);
@@ -251,7 +221,6 @@ void CrowdNode::publish_scene(Time now) {
 
 /// Once a second, and at once when one is void.
 void CrowdNode::publish_certificate(Time now) {
-  if (!first() || !runs_) return;
   const std::string voided = watch_.take_voided();
   if (voided.empty() && now < certificate_due_) return;
   if (!voided.empty()) runtime::info("certificate {}: {}", watch_.number(), voided);
@@ -270,24 +239,20 @@ void CrowdNode::publish_status(Time now) {
   status_changed_ = false;
   status_due_ = now + 1s;
   v1::CrowdStatus status;
-  status.set_runs(runs_);
-  status.set_reason(runs_ ? trouble_ : reason_);
+  status.set_reason(behind_.empty() ? trouble_ : behind_);
   status.set_own(static_cast<std::uint32_t>(states_message_.id_size()));
-  peers_.describe(status);
-  status.set_in_order(first() && watch_.in_order());
-  status.set_mean_step_s(step_times_.mean_s);
+  status.set_in_order(watch_.in_order());
+  status.set_mean_step_s(step_times_.mean_s());
   status.set_worst_step_s(step_times_.worst_s);
-  if (first()) guests_.describe(status, now);
+  guests_.describe(status, now);
   status_.send(status, now);
 }
 
 void CrowdNode::publish_outcome(Time now) {
-  if (!first()) return;
   v1::CrowdOutcome outcome;
-  const Peers::Contacts others = peers_.contacts();
-  const std::uint64_t collisions = closeness_.collisions() + others.collisions;
-  const double gap_m = std::min(closeness_.least_gap_m(), others.least_gap_m);
-  const double distance_m = std::min(closeness_.least_distance_m(), others.least_distance_m);
+  const std::uint64_t collisions = closeness_.collisions();
+  const double gap_m = closeness_.least_gap_m();
+  const double distance_m = closeness_.least_distance_m();
   outcome.set_agents(static_cast<std::uint32_t>(everybody_.size()));
   outcome.set_collisions(collisions);
   if (std::isfinite(gap_m)) outcome.set_least_gap_m(gap_m);
@@ -309,7 +274,7 @@ void CrowdNode::publish_outcome(Time now) {
   outcome.set_entrance_error_rad(entrances.most_rad);
   if (step_times_.sum_s > 0.0)
     outcome.set_agent_steps_1_s(step_times_.agent_steps / step_times_.sum_s);
-  outcome.set_steps_1_s(step_times_.mean_s > 0.0 ? 1.0 / step_times_.mean_s : 0.0);
+  outcome.set_steps_1_s(step_times_.sum_s > 0.0 ? 1.0 / step_times_.mean_s() : 0.0);
   std::string why;
   const auto blame = [&why](bool bad, const std::string& text) {
     if (bad) why += (why.empty() ? "" : "; ") + text;

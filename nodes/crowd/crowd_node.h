@@ -8,7 +8,6 @@
 #include "common/runtime/ports.h"
 #include "nodes/crowd/crowd_guests.h"
 #include "nodes/crowd/crowd_params.h"
-#include "nodes/crowd/crowd_peers.h"
 #include "nodes/crowd/run/watch.h"
 #include "proto/crowd.pb.h"
 #include "proto/foxglove/scene.pb.h"
@@ -16,12 +15,13 @@
 
 namespace mimesis::crowd {
 
-/// Runs the crowd of a scenario, or one region of it: ScenarioRun between messages. Number 1 of the
-/// coordinators looks after external agents, watches the whole and publishes the outcome.
+/// Runs the crowd of a scenario: ScenarioRun between messages. Run time is the clock's since the
+/// first step: after a pause the run makes the steps that it missed, up to half a second of them in
+/// one step of the node, and says how far it is behind.
 class CrowdNode {
  public:
   using Params = CrowdParams;
-  /// @throws ConfigError for a scenario that theory refuses, regions that do not fit
+  /// @throws ConfigError for a scenario that theory refuses
   CrowdNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
 
@@ -29,15 +29,12 @@ class CrowdNode {
   using Time = runtime::Time;
   /// Computing time of steps on this machine.
   struct StepTimes {
-    double mean_s = 0.0, worst_s = 0.0, agent_steps = 0.0, sum_s = 0.0;
-    std::uint64_t steps = 0;
-    void add(double s, int agents);
+    double worst_s = 0.0, agent_steps = 0.0, sum_s = 0.0;
+    int steps = 0;
+    double mean_s() const { return steps > 0 ? sum_s / steps : 0.0; }
   };
-  bool first() const { return peers_.first(); }
-  const FarCrowd& far() const { return peers_.far(); }
-
   void take_styles();
-  void share(Time state_time);
+  int steps_due(Time now);
   void judge_guests(Time now, Time state_time);
   void observe();
   void advance();
@@ -54,7 +51,6 @@ class CrowdNode {
   runtime::Bus& bus_;
   Time period_;
   ScenarioRun run_;
-  Peers peers_;
   Guests guests_;
   std::optional<parallel::Team> team_;
   Watch watch_;
@@ -62,9 +58,10 @@ class CrowdNode {
   std::vector<Closeness::Disc> discs_;
   std::vector<Observed> everybody_;
 
-  bool runs_ = false, ended_ = false;
-  std::string reason_, trouble_;
-  std::uint64_t steps_ = 0;
+  bool ended_ = false;
+  std::string trouble_, behind_;
+  std::optional<Time> begin_;  // of the run
+  long walked_ = 0;            // steps of the run
   Time status_due_{}, certificate_due_{}, scene_due_{};
   bool status_changed_ = true;
   StepTimes step_times_;

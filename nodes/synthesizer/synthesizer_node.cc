@@ -65,11 +65,12 @@ runtime::Author authors(const SynthesizerNode::Params& params) {
 
 SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
+      name_(bus.node()),
       period_s_(1.0 / params.rate_hz),
       goal_in_(bus, "goal", true, authors(params)),
       style_in_(bus, "style", true, authors(params)),
       beat_in_(bus, "beat", {.author = authors(params), .optional = true}),
-      crowd_in_(bus, "crowd", true, authors(params)),
+      crowd_in_(bus, "crowd", true, runtime::Author::first),
       feedback_in_(
           bus, "feedback",
           {.author = runtime::Author::first, .optional = params.robot.description.empty()}),
@@ -161,6 +162,7 @@ void SynthesizerNode::take_feedback(Time now) {
   }
   if (!feedback_) runtime::info("the robot says where it is");
   feedback_ = to_feedback(*message);
+  robot_ = feedback_in_.source();
   feedback_stamp_ = stamp;
 }
 
@@ -200,6 +202,7 @@ void SynthesizerNode::take_goals(Time now) {
 
 void SynthesizerNode::take_styles(Time now) {
   while (const auto wish = style_in_.pop()) {
+    if (!is_for_us(wish->node())) continue;
     if (const std::string why = fault(*wish, director_->characters()); !why.empty()) {
       if (bad_style_.pass()) runtime::warn("style wish refused: {}", why);
       refuse(wish->characters().empty() ? 0 : wish->characters(0), why, now);
@@ -238,13 +241,13 @@ void SynthesizerNode::take_beat(Time now) {
       beat->phase_rate_rad_s());
 }
 
-/// Several coordinators may wish something of different characters.
 void SynthesizerNode::take_crowd(Time now) {
   while (const auto crowd = crowd_in_.pop()) {
     const Time stamp(crowd->header().stamp_ns());
     const Time stale = runtime::from_seconds(params_.gait_stale_s);
     if (now - stamp > stale || stamp - now > stale) continue;
     for (const v1::GaitCommand& gait : crowd->gaits()) {
+      if (!is_for_us(gait.node())) continue;
       if (const std::string why = fault(gait, director_->characters()); !why.empty()) {
         if (bad_crowd_.pass()) runtime::warn("crowd: {}; ignored", why);
         continue;
@@ -256,6 +259,12 @@ void SynthesizerNode::take_crowd(Time now) {
     }
   }
   release_stale(now);
+}
+
+/// Commands and styles name the node that tells the crowd where the character is: this one, or the
+/// robot's walker.
+bool SynthesizerNode::is_for_us(const std::string& node) const {
+  return node.empty() || node == name_ || node == robot_;
 }
 
 void SynthesizerNode::obey(const v1::GaitCommand& gait, double age_s) {
@@ -281,10 +290,10 @@ void SynthesizerNode::release_stale(Time now) {
     first = i;
   }
   if (released == 1) {
-    runtime::info("no crowd command for {} s: character {} walks on its own", params_.gait_stale_s,
+    runtime::info("no crowd command for {} s: character {} is on its own", params_.gait_stale_s,
                   first);
   } else if (released > 1) {
-    runtime::info("no crowd command for {} s: {} characters walk on their own, the first is {}",
+    runtime::info("no crowd command for {} s: {} characters are on their own, the first is {}",
                   params_.gait_stale_s, released, first);
   }
 }

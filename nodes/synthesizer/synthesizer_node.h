@@ -41,6 +41,7 @@ class SynthesizerNode {
   void take_styles(runtime::Time now);
   void take_beat(runtime::Time now);
   void take_crowd(runtime::Time now);
+  bool is_for_us(const std::string& node) const;
   void obey(const v1::GaitCommand& gait, double age_s);
   void release_stale(runtime::Time now);
   void publish_rows(runtime::Time now);
@@ -50,6 +51,7 @@ class SynthesizerNode {
   void refuse(std::uint32_t character, const std::string& why, runtime::Time now);
 
   Params params_;
+  std::string name_;
   double period_s_;
   runtime::Queue<v1::MotionGoal, 4096> goal_in_;
   runtime::Queue<v1::StyleWish, 4096> style_in_;
@@ -71,6 +73,7 @@ class SynthesizerNode {
   std::optional<FigureDrawing> drawing_;
   runtime::Time drawing_due_{};
   std::optional<RobotFeedback> feedback_;
+  std::string robot_;    // node of the feedback
   DrawerSenses senses_;  // of a drawer, in this step
   bool rows_sent_ = false, beat_heard_ = false;
   runtime::Time beat_stamp_{}, feedback_stamp_{}, sight_stamp_{};

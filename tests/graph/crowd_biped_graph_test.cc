@@ -62,7 +62,7 @@ TEST(CrowdBiped, ItsWalkerIsKilledAndTheOthersGoOn) {
     certificate.ParseFromString(message.payload);
     voided += certificate.voided() + "\n";
   }
-  EXPECT_NE(voided.find("'robot' its last state is"), std::string::npos) << voided;
+  EXPECT_NE(voided.find("'walker' its last state is"), std::string::npos) << voided;
 }
 
 }  // namespace

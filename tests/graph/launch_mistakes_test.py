@@ -25,8 +25,6 @@ CLEAN = {
     "crowd.yaml": [(), ("characters=true", "scenario=characters"), ("clock=sim",)]
     + [(f"scenario={p.stem}",) for p in sorted((ROOT / "launch/crowd").glob("*.yaml"))],
     "crowd_biped.yaml": [(), ("plant=servo",)],
-    "crowd_four.yaml": [(), ("x_cut=0",), ("clock=wall",)],
-    "crowd_two.yaml": [(), ("clock=wall",)],
     "drawer.yaml": [(), ("plant=servo",)],
     "imitation.yaml": [(), ("teacher=full,below,low",), ("clock=wall",), ("clock=sim",)],
     "replay.yaml": [("log=imitation.mcap",)],

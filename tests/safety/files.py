@@ -63,7 +63,7 @@ def _candump():
     return "".join(f"({1436509052 + n / 100:.6f}) vcan0 {0x180 + n % 9:03X}#{n:016X}\n" for n in range(200)).encode()
 
 
-def _launches(names=("imitation", "biped", "crowd", "crowd_four", "drawer", "walk")):
+def _launches(names=("imitation", "biped", "crowd", "drawer", "walk")):
     return [trial.ROOT / f"launch/{name}.yaml" for name in names]
 
 

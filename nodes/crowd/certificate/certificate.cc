@@ -78,8 +78,10 @@ void add_theorem6(RuleCertificate& c, const GraphSettings& graph, int n, double 
 }
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kFar = 5.0;          // v/k that goals are away at least
-constexpr double kNear_rad = 0.3;     // phases to their leader, for a rate near α
+constexpr double kFar = 5.0;        // v/k that goals are away at least
+constexpr double kNear_rad = 0.3;   // phases to their leader, for a rate near α
+constexpr double kSteep_rad = 0.7;  // e cos e rises by 0.3 e at least up to here
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr double kOnPath_rad = 1e-6;  // headings that are kept
 // In one step Adams and Bashforth's method turns exp(−x) into exp(−x + 5/12 x³): 98 % of this x.
 constexpr double kFollowed = 0.2;
@@ -108,6 +110,55 @@ double most_links(const GraphSettings& settings, int n) {
   return most;
 }
 
+/// The way of period 2π about a lane on which sway keeps a walker.
+struct SwayingWay {
+  std::vector<double> psi, y;  // over one cycle
+  double most = 0.0;           // √(ψ² + y²)
+
+  std::pair<double, double> at(double phi_rad) const {
+    const double n = static_cast<double>(psi.size());
+    const double at = math::wrap_two_pi(phi_rad) / (2.0 * kPi) * n;
+    const double share = at - std::floor(at);
+    const auto i = static_cast<std::size_t>(at) % psi.size(), j = (i + 1) % psi.size();
+    return {psi[i] + share * (psi[j] - psi[i]), y[i] + share * (y[j] - y[i])};
+  }
+};
+
+/// Found by walking until it repeats; nothing if it does not.
+std::optional<SwayingWay> swaying_way(const SpeedFunction& g, const HeadingSway& sway, double m,
+                                      double ahead_m) {
+  constexpr int kSteps = 256, kCycles = 400;
+  SwayingWay way{std::vector<double>(kSteps), std::vector<double>(kSteps)};
+  if (sway.none()) return way;
+  const int steps = kSteps * std::clamp(static_cast<int>(m / 4.0) + 1, 1, 64);
+  const double h = 2.0 * kPi / steps;
+  const auto slope = [&](double phi, const Eigen::Vector2d& x) {
+    return Eigen::Vector2d(-m * std::sin(x[0] + std::atan(x[1])) + sway(phi),
+                           g(phi) * std::sin(x[0]) / ahead_m);
+  };
+  Eigen::Vector2d x = Eigen::Vector2d::Zero();
+  for (int cycle = 0; cycle < kCycles; ++cycle) {
+    const Eigen::Vector2d before = x;
+    way.most = 0.0;
+    for (int i = 0; i < steps; ++i) {
+      if (i % (steps / kSteps) == 0) {
+        const auto k = static_cast<std::size_t>(i / (steps / kSteps));
+        way.psi[k] = x[0];
+        way.y[k] = x[1];
+      }
+      way.most = std::max(way.most, x.norm());
+      const double phi = i * h;
+      const Eigen::Vector2d k1 = slope(phi, x), k2 = slope(phi + 0.5 * h, x + 0.5 * h * k1),
+                            k3 = slope(phi + 0.5 * h, x + 0.5 * h * k2),
+                            k4 = slope(phi + h, x + h * k3);
+      x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+    }
+    if (!x.allFinite() || way.most > 0.5 * kPi) return std::nullopt;
+    if ((x - before).norm() < 1e-9) return way;
+  }
+  return std::nullopt;
+}
+
 /// What the rules of one group guarantee together. Which acts on which decides: III is autonomous
 /// without I; phases drive II, both drive lanes, and lanes drive the way along the path by cos ψ.
 /// In such a hierarchy the slowest rate above a rule is its own [M18 4.4.2, 3]. I closes a loop
@@ -133,6 +184,7 @@ class Certifier {
       for (RuleCertificate* rule : {&all_.frequency, &all_.length}) behind_lanes(*rule);
       if (on(all_.frequency)) behind_lanes(all_.phase);
     }
+    if (r_.heading.avoid) while_free();
     if (gait_.step_s > 0.0) in_steps();
     notes();
     return std::move(all_);
@@ -168,10 +220,12 @@ class Certifier {
   /// ẋ = −r x + f with f <= f₀ exp(−s t), s > r: what f makes of x is f₀/(s − r) at most. 0: x
   /// follows f.
   static double adds(double f0, double s, double r) { return s > r ? f0 / (s - r) : 0.0; }
-  /// ż = v cos ψ, and 1 − cos ψ is ψ²/2.
+  bool sways() const { return r_.heading.kind == HeadingKind::lane && !gait_.sway.none(); }
+  /// ż = v cos ψ, and 1 − cos ψ is ψ²/2; about a swaying way it changes with the first power.
   void behind_lanes(RuleCertificate& c) const {
-    const double fastest = (gait_.eigenfrequency_rad_s + gait_.spread_rad_s) * gait_.gait.most();
-    c.per_lane_m = adds(0.5 * fastest, 2.0 * all_.heading.guaranteed_1_s, c.guaranteed_1_s);
+    if (sways()) return behind(c, all_.heading, "lanes");
+    c.per_lane_m = adds(0.5 * fastest() * gait_.gait.most(), 2.0 * all_.heading.guaranteed_1_s,
+                        c.guaranteed_1_s);
     behind(c, all_.heading, "lanes", 2.0);
   }
   /// x = y + G(φᵢ) − G(φ): ẏ = −r x.
@@ -186,12 +240,37 @@ class Certifier {
     }
   }
 
-  double slowest() const { return gait_.eigenfrequency_rad_s - gait_.spread_rad_s; }
-  bool led() const { return gait_.beat_gain_1_s != 0.0 || r_.phase.leader_gain_1_s != 0.0; }
+  bool beats() const { return gait_.beat_gain_1_s != 0.0; }
+  double own_pace() const { return gait_.eigenfrequency_rad_s; }
+  /// Of the phases in the end, or less: a beat may be slower than the gait.
+  double pace() const { return beats() ? std::min(own_pace(), gait_.beat_rate_rad_s) : own_pace(); }
+  double slowest() const {
+    const double own = own_pace() - gait_.spread_rad_s;
+    return beats() ? std::min(own, gait_.beat_rate_rad_s) : own;
+  }
+  double fastest() const {
+    const double own = own_pace() + gait_.spread_rad_s;
+    return beats() ? std::max(own, gait_.beat_rate_rad_s) : own;
+  }
+  /// How much the pace of a follower may differ from that of the beat, or of the leader, which has
+  /// one of the group's paces.
+  double off_leader() const {
+    return beats() ? std::abs(own_pace() - gait_.beat_rate_rad_s) + gait_.spread_rad_s
+                   : 2.0 * gait_.spread_rad_s;
+  }
+  bool led() const { return beats() || r_.phase.leader_gain_1_s != 0.0; }
   bool even() const { return gait_.gait.least() == gait_.gait.most(); }
   /// In the end g(φ) is the same for all.
   bool agree() const {
-    return even() || (sure(all_.phase) && gait_.spread_rad_s == 0.0 && !on(all_.frequency));
+    return (even() && !sways()) ||
+           (sure(all_.phase) && gait_.spread_rad_s == 0.0 && !on(all_.frequency));
+  }
+  /// Largest angle to the path of those who sway about their lanes.
+  double most_sway() const {
+    const HeadingRule& h = r_.heading;
+    if (!sways() || !(h.gain > 0.0)) return 0.0;
+    const auto way = swaying_way(gait_.gait, gait_.sway, h.gain, h.ahead_m);
+    return way ? std::min(way->most, 0.5 * kPi) : 0.5 * kPi;
   }
   double lost(const GraphSettings& graph) const {
     return connectivity_without_link(coupling(graph, n_));
@@ -246,25 +325,60 @@ class Certifier {
     c.within = slowest() / pull;
     if (all_to_all || !joined) c.within = std::min(kPi, c.within);
     c.why += say(" while phases are within ", c.within, " rad, where nobody has to wait");
-    if (2.0 * gait_.spread_rad_s / rate >= c.within) {
-      return refuse(c,
-                    say("eigenfrequencies that differ by ", 2.0 * gait_.spread_rad_s,
-                        " rad/s lock no nearer than ", 2.0 * gait_.spread_rad_s / rate, " rad"),
-                    "a smaller spread, or a larger k");
+    // (k L + α) e = ω − mean: all-to-all 2 s/rate apart; else |e| <= √n s/rate and apart by √2 |e|.
+    const double spread = gait_.spread_rad_s;
+    c.remains =
+        all_to_all || coupled < 2 ? 2.0 * spread / rate : std::sqrt(2.0 * coupled) * spread / rate;
+    if (spread > 0.0) {
+      c.why += say("; eigenfrequencies that differ by up to ", 2.0 * spread, " rad/s lock up to ",
+                   c.remains, " rad apart");
     }
-    if (alpha == 0.0) return;
+    if (c.remains >= c.within) {
+      refuse(c, say(c.why, ", which is not within"), "a smaller spread, or a larger k");
+    }
+    c.within -= c.remains;
+    if (alpha > 0.0) tracking(alpha, all_to_all && joined);
+  }
+
+  /// Followers at e of their leader: ė = δ − (k L + α) e, where paces differ by δ at most. Along a
+  /// graph, and alone, |e| decays at α to δ/α at most, since rows of (k L + α)⁻¹ add up to 1/α. All
+  /// to all they go to arg(k Σ e^{iφ} + α e^{iφ₀}), so the farthest, at e, comes at
+  /// (k N + α) atan2(α sin e, k N + α cos e) >= α e cos e, and beyond the root of α e cos e = δ at
+  /// the slope of that at least.
+  void tracking(double alpha, bool all_to_all) {
     RuleCertificate& t = all_.tracking;
+    const double delta = off_leader(), room = sure(all_.phase) ? all_.phase.within : 0.0;
+    t.within = std::min(kPi, room);
+    t.why = beats()
+                ? say("to the beat at alpha = ", alpha, ", whoever else is there")
+                : say("to the leader at alpha = ", alpha,
+                      " alone: coupling among followers does not move their mean (eigenvalue 0)");
     promise(t, alpha, alpha, alpha);
-    t.within = c.within;
-    t.why = beat ? say("to the beat at alpha = ", alpha, ", whoever else is there")
-                 : say("to the leader at alpha = ", alpha,
-                       " alone: coupling among followers does not move their mean (eigenvalue 0)");
-    if (!all_to_all || !joined) return;
-    // All go to arg(k Σ e^{iφ} + α e^{iφ₀}), so the farthest, at e, comes at
-    // (k N + α) atan2(α sin e, k N + α cos e) >= α e cos e.
-    t.within = std::min(kNear_rad, 0.5 * c.within);
-    t.guaranteed_1_s = t.without_link_1_s = alpha * std::cos(t.within);
-    t.why += say("; at ", t.guaranteed_1_s, " at least while within ", t.within, " rad");
+    t.remains = delta / alpha;
+    if (all_to_all) {
+      t.within = std::min(0.5 * room, kNear_rad);
+      while (t.within * std::cos(t.within) < 1.2 * t.remains &&
+             t.within < std::min(0.5 * room, kSteep_rad)) {
+        t.within += 0.01;
+      }
+      const double slope = std::cos(t.within) - (delta > 0.0 ? t.within * std::sin(t.within) : 0.0);
+      t.guaranteed_1_s = t.without_link_1_s = alpha * slope;
+      const double most = t.within * std::cos(t.within);
+      if (t.remains < most) t.remains *= t.within / most;  // e cos e is concave
+      t.why += say("; at ", t.guaranteed_1_s, " at least while within ", t.within, " rad");
+    }
+    if (delta == 0.0) return;
+    const std::string whose = beats() ? "the beat's pace" : "the leader's pace";
+    t.why += say("; ", whose, " may differ by ", delta, " rad/s: they lock up to ", t.remains,
+                 " rad beside it");
+    if (t.remains < t.within && t.guaranteed_1_s > 0.0) {
+      t.within -= all_to_all ? 0.0 : t.remains;
+      return;
+    }
+    refuse(t,
+           say(whose, " may differ by ", delta, " rad/s: alpha = ", alpha,
+               " does not hold followers within ", t.within, " rad of it, they may slip past"),
+           say("alpha above ", 4.0 * delta, ", or paces that differ less"));
   }
 
   /// Rules I and II act along the path only if headings do.
@@ -313,12 +427,13 @@ class Certifier {
     const double least = c.extremes.least, most = c.extremes.most;
     c.overshoot = std::sqrt(most / least);  // Euclidean against L⁺
     c.within = slowest() / m;
+    const double slow = std::cos(most_sway()) * g.least();  // ż = v cos ψ
     const auto rate = [&](double connectivity) {
-      return filtered ? low_pass_rate(m, r.low_pass_rad_s, g.least(), g.most(), connectivity, most)
-                      : m * g.least() * connectivity;
+      return filtered ? low_pass_rate(m, r.low_pass_rad_s, slow, g.most(), connectivity, most)
+                      : m * slow * connectivity;
     };
     promise(c, rate(least), m * g.mean() * least, std::max(0.0, rate(lost(r.graph))));
-    c.why = say("rate >= m_d g_min lambda+ = ", m, " * ", g.least(), " * ", least,
+    c.why = say("rate >= m_d g_min lambda+ = ", m, " * ", slow, " * ", least,
                 " while sums of errors are below ", c.within, " m, where nobody has to wait");
     if (filtered) {
       const double alpha = r.low_pass_rad_s, bound = m * g.most() * most;
@@ -332,6 +447,7 @@ class Certifier {
       }
     }
     add_theorem6(c, r.graph, n_, g.least() / g.most(), true);
+    if (!even()) c.remains = kUnknown;  // distances oscillate with g(φ)
   }
 
   /// ẋ = −m Φ̇ D L x: contracts in the metric L whatever the phases are, if they advance [M18 4.4.2,
@@ -340,22 +456,24 @@ class Certifier {
     RuleCertificate& c = all_.length;
     const LengthRule& r = r_.length;
     const SpeedFunction& g = gait_.gait;
-    const double m = r.gain_1_m, omega = gait_.eigenfrequency_rad_s;
+    const double m = r.gain_1_m, omega = pace();
     if (c.extremes.least == 0.0 || repels(c, "m_z", m, omega) || off_path(c)) return;
     if (!(slowest() > 0.0)) {
       return refuse(c, "a phase does not advance: contraction needs omega > 0 (4.4.2)",
                     "a spread of eigenfrequencies below omega_0");
     }
-    const double per_link = m * (agree() ? slowest() * g.mean() : slowest() * g.least());
-    promise(c, per_link * c.extremes.least, m * omega * g.mean() * c.extremes.least,
+    const double along = std::cos(most_sway());  // ż = v cos ψ
+    const double per_link = m * along * (agree() ? slowest() * g.mean() : slowest() * g.least());
+    promise(c, per_link * c.extremes.least, m * along * omega * g.mean() * c.extremes.least,
             per_link * lost(r.graph));
     c.within = r.limit / m;
     c.overshoot = std::sqrt(c.extremes.most / c.extremes.least);
     c.why = say("rate m_z omega ", agree() ? "<g>" : "g_min", " lambda+ = ", m, " * ", slowest(),
                 " * ", agree() ? g.mean() : g.least(), " * ", c.extremes.least,
                 ", while sums of errors are below ", c.within, " m (|mu| <= ", r.limit, ")");
-    const double beta = slowest() * g.least() / ((omega + gait_.spread_rad_s) * g.most());
+    const double beta = slowest() * g.least() / (fastest() * g.most());
     add_theorem6(c, r.graph, n_, beta, !agree());
+    if (!agree()) c.remains = kUnknown;  // distances oscillate with g(φ)
     behind_phases(c);
   }
 
@@ -366,15 +484,16 @@ class Certifier {
   /// without a bound.
   void joint() {
     const double m_d = r_.frequency.gain_rad_m_s, m_z = r_.length.gain_1_m;
-    const double k = r_.phase.gain_1_s, omega = gait_.eigenfrequency_rad_s;
+    const double k = r_.phase.gain_1_s, omega = own_pace();
     const SpeedFunction& g = gait_.gait;
+    const double along = std::cos(most_sway());  // ż = v cos ψ
     const auto rate = [&](double least, double most) {
       constexpr int kModes = 8;
       double slow = least > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
       for (int i = 0; slow > 0.0 && i <= (most > least ? kModes : 0); ++i) {
         const double lambda = least + (most - least) * i / kModes;
         slow = std::min(slow, omega * periodic_rate([&](double phi) {
-                                const double at = g(phi);
+                                const double at = along * g(phi);
                                 return Eigen::Matrix2d{
                                     {-(m_d * at + k) * lambda / omega, -m_d * lambda / omega},
                                     {-m_z * lambda * at * at, -m_z * lambda * at}};
@@ -424,7 +543,8 @@ class Certifier {
       coupled_headings(c);
     } else if (on(all_.frequency) && !sure(all_.frequency)) {
       refuse(c, "I moves phases, and is not certified", "see rule I");
-    } else if (on(all_.phase) && !sure(all_.phase)) {
+    } else if ((on(all_.phase) && !sure(all_.phase)) ||
+               (on(all_.tracking) && !sure(all_.tracking))) {
       refuse(c, "nothing is known of phases", "see rule III");
     } else if (r.kind == HeadingKind::goal) {
       goals(c);
@@ -433,7 +553,6 @@ class Certifier {
     } else {
       lanes(c);
     }
-    if (sure(c) && r.avoid) c.why += "; avoidance disturbs it while others are near";
   }
 
   void coupled_headings(RuleCertificate& c) const {
@@ -463,8 +582,7 @@ class Certifier {
   void goals(RuleCertificate& c) const {
     const double k = r_.heading.gain;
     const double stretch = on(all_.length) ? 1.0 + r_.length.limit : 1.0;
-    const double fastest =
-        stretch * (gait_.eigenfrequency_rad_s + gait_.spread_rad_s) * gait_.gait.most();
+    const double fastest = stretch * this->fastest() * gait_.gait.most();
     promise(c, k * (1.0 - 1.0 / kFar), k, 0.0);
     c.within = kPi;
     c.beyond_m = kFar * fastest / k;
@@ -489,7 +607,7 @@ class Certifier {
     if (!gait_.sway.none() && !(sure(all_.phase) && gait_.spread_rad_s == 0.0)) {
       return refuse(c, "headings sway (g^psi) with phases that do not agree", "rule III");
     }
-    promise(c, rate, r_.heading.gain * gait_.eigenfrequency_rad_s, 0.0);
+    promise(c, rate, r_.heading.gain * pace(), 0.0);
     c.in_the_end = on(all_.phase) || r_.heading.low_pass_s > 0.0;
     c.within = kPi;
     c.why = say("rate m_psi omega = ", rate,
@@ -497,31 +615,88 @@ class Certifier {
     if (!gait_.sway.none()) behind_phases(c);  // all sway as one once phases agree
   }
 
-  /// Near the lane, per radian of gait with y = ξ/Δz: ψ' = −m (ψ + y), y' = g(φ) ψ/Δz. Periodic, so
-  /// its rate is that of a whole cycle: roots for one g say nothing [M18 eq. 4.32].
-  void lanes(RuleCertificate& c) const {
+  /// Per radian of gait, with y = ξ/Δz: ψ' = −m sin(ψ + atan y) + g^ψ, y' = g sin ψ/Δz
+  /// [M18 eq. 4.32]. Sway is an input of it [M18 4.4.2, 5]: walkers end on the one swaying way
+  /// (ψ*, y*) of period 2π, and come to it at the rate of what is linear about it, periodic too, so
+  /// of a whole cycle: roots for one g say nothing.
+  void lanes(RuleCertificate& c) {
     const double m = r_.heading.gain, ahead = r_.heading.ahead_m;
     const SpeedFunction& g = gait_.gait;
     if (on(all_.length) && !(sure(all_.length) && (agree() || on(all_.frequency)))) {
       return refuse(c, "step lengths vary for ever (II without III), and lanes with them",
                     "rule III");
     }
-    if (!gait_.sway.none()) {
-      return refuse(c, "headings sway (g^psi): no bound is known of walkers about their lanes",
-                    "no sway");
+    if (sways() && on(all_.frequency) && on(all_.length)) {
+      return refuse(c, "headings sway (g^psi): no bound is known with I and II", "no sway");
     }
-    const double rate = slowest() * periodic_rate([&](double phi) {
-                          return Eigen::Matrix2d{{-m, -m}, {g(phi) / ahead, 0.0}};
-                        });
+    const std::optional<SwayingWay> way = swaying_way(g, gait_.sway, m, ahead);
+    double rate = way ? slowest() * periodic_rate([&](double phi) {
+                          const auto [psi, y] = way->at(phi);
+                          const double face = std::cos(psi + std::atan(y));
+                          return Eigen::Matrix2d{{-m * face, -m * face / (1.0 + y * y)},
+                                                 {g(phi) * std::cos(psi) / ahead, 0.0}};
+                        })
+                      : 0.0;
     if (!(rate > 0.0)) {
       return refuse(c, "walkers swing about their lanes more and more, at the pace of their steps",
                     "a larger m_psi, or a goal further ahead");
     }
+    if (sways() && on(all_.length)) {
+      rate = std::min(rate, with_length(*way));
+      if (!(rate > 0.0))
+        return refuse(c, "with sway II and lanes are one loop, which grows", "no sway");
+      RuleCertificate& ii = all_.length;
+      promise(ii, std::min(rate, ii.guaranteed_1_s), std::min(rate, ii.expected_1_s), 0.0);
+      ii.in_the_end = true;
+      ii.why += say("; with sway II and lanes are one loop, at ", rate, " 1/s");
+    }
     promise(c, rate, rate, 0.0);
     c.in_the_end = true;
+    c.remains = way->most;
+    for (const double y : way->y) all_.sway_m = std::max(all_.sway_m, std::abs(y) * ahead);
     c.why = say("walkers near their lanes come to them at ", rate, " 1/s, averaged over a cycle");
+    if (c.remains > 0.0) {
+      c.why +=
+          say("; sway keeps them within ", c.remains, " (angle, and way over ahead_m) of them");
+    }
     const double least = 4.0 * g.mean() / ahead;
     if (m < least) c.change.push_back(say("m_psi above ", least, ": lanes do not overshoot"));
+  }
+
+  /// II and lanes about the swaying way, with eigenvalue λ of L and x = z − d, of walkers in step:
+  /// x' = −m_z λ g cos ψ* x − g sin ψ* δψ, and μ = −m_z λ x moves y. [1/s]
+  double with_length(const SwayingWay& way) const {
+    const double m = r_.heading.gain, ahead = r_.heading.ahead_m, m_z = r_.length.gain_1_m;
+    const Extremes& e = all_.length.extremes;
+    constexpr int kModes = 8;
+    double slow = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= (e.most > e.least ? kModes : 0); ++i) {
+      const double lambda = m_z * (e.least + (e.most - e.least) * i / kModes);
+      slow = std::min(slow, slowest() * periodic_rate_of_three([&](double phi) {
+                              const auto [psi, y] = way.at(phi);
+                              const double at = gait_.gait(phi), c = at * std::cos(psi),
+                                           s = at * std::sin(psi),
+                                           face = m * std::cos(psi + std::atan(y));
+                              return Eigen::Matrix3d{{-face, -face / (1.0 + y * y), 0.0},
+                                                     {c / ahead, 0.0, -lambda * s / ahead},
+                                                     {-s, 0.0, -lambda * c}};
+                            }));
+    }
+    return slow;
+  }
+
+  /// Whoever avoids others is held up and turned by them, by walls and pillars; phases continue,
+  /// but where rule I moves them.
+  void while_free() {
+    for (RuleCertificate* c : {&all_.frequency, &all_.length, &all_.heading}) hold_up(*c);
+    if (!on(all_.frequency)) return;
+    hold_up(all_.phase);
+    hold_up(all_.tracking);
+  }
+  static void hold_up(RuleCertificate& c) {
+    if (!sure(c)) return;
+    c.while_free = true;
+    c.why += "; none while others, walls or pillars are near, which turn walkers and hold them up";
   }
 
   void in_steps() {
@@ -549,11 +724,6 @@ class Certifier {
               "where distances are whole cycles of ",
               gait_.gait.cycle_m(), " m; rule II frees them"));
     }
-    if (gait_.spread_rad_s > 0.0 && sure(c.phase)) {
-      c.notes.push_back(say("eigenfrequencies differ by ", 2.0 * gait_.spread_rad_s,
-                            " rad/s: phases lock, apart by about ",
-                            2.0 * gait_.spread_rad_s / c.phase.expected_1_s, " rad"));
-    }
   }
 
   const Rules& r_;
@@ -566,41 +736,46 @@ std::array<const RuleCertificate*, 5> rules_of(const Certificate& c) {
   return {&c.frequency, &c.length, &c.phase, &c.tracking, &c.heading};
 }
 
-GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& group) {
-  const Gait* gait = scenario.gait(stage.gait);
+/// Largest angle between headings that the group keeps and its path.
+double off_path(const Scenario& scenario, const Group& group, const GroupNow& now) {
+  if (now.turned || scenario.grows(group.name)) return kPi;  // who comes has any heading
   double off = 0.0;
-  for (const AgentStart& a :
-       starts(group, gait->eigenfrequency_rad_s, static_cast<std::uint64_t>(scenario.seed))) {
+  const double omega = scenario.gait(group.gait)->eigenfrequency_rad_s;
+  for (const AgentStart& a : starts(group, omega, static_cast<std::uint64_t>(scenario.seed))) {
     off = std::max(off, std::abs(math::wrap_pi(a.heading_rad - group.heading_rad)));
   }
-  return {gait->speed(),      pace_rad_s(scenario, group, gait->eigenfrequency_rad_s),
-          group.spread_rad_s, group.beat_gain_1_s,
-          gait->sway(),       off};
+  return off;
 }
 
-Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
-  const GaitRange gait = range_of(scenario, stage, group);
-  // A beat leads any agent of a group, also those that come later.
-  const int least = group.beat_gain_1_s > 0.0 ? 1 : 0;
-  Certificate c = certify(stage.rules, std::max(least, stage.agents), gait);
-  c.agents = stage.agents;
-  const double off = scenario.gait(stage.gait)->eigenfrequency_rad_s - scenario.beat.rate_rad_s;
-  if (group.beat_gain_1_s > 0.0 && off != 0.0) {
-    c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
-                          off / group.beat_gain_1_s, " rad ahead of it"));
+/// Who comes from other groups differs from the gait as it did there.
+double spread(const Scenario& scenario, const Group& group) {
+  double most = group.spread_rad_s;
+  for (const Group& other : scenario.groups) {
+    if (scenario.grows(group.name)) most = std::max(most, other.spread_rad_s);
   }
-  if (stage.agents > group.count) {
-    c.notes.push_back(say("agents from outside follow by laws of their own: nothing is said of ",
-                          stage.agents - group.count, " of ", stage.agents));
-  }
-  return c;
+  return most;
 }
 
 }  // namespace
 
-double pace_rad_s(const Scenario& scenario, const Group& group, double eigenfrequency_rad_s) {
-  return group.beat_gain_1_s > 0.0 ? std::min(eigenfrequency_rad_s, scenario.beat.rate_rad_s)
-                                   : eigenfrequency_rad_s;
+Certificate certify(const Scenario& scenario, const GroupNow& now) {
+  const Group& group = scenario.groups[static_cast<std::size_t>(now.group)];
+  const Gait& gait = scenario.gaits[static_cast<std::size_t>(now.gait)];
+  const bool beats = group.beat_gain_1_s > 0.0;
+  Rules rules = now.rules;
+  if (beats) rules.phase.leader_gain_1_s = 0.0;  // no agent leads
+  // A beat leads any agent of a group, also those that come later.
+  Certificate c = certify(rules, std::max(beats ? 1 : 0, now.agents),
+                          {.gait = gait.speed(),
+                           .eigenfrequency_rad_s = gait.eigenfrequency_rad_s,
+                           .spread_rad_s = spread(scenario, group),
+                           .beat_gain_1_s = group.beat_gain_1_s,
+                           .beat_rate_rad_s = scenario.beat.rate_rad_s,
+                           .sway = gait.sway(),
+                           .off_path_rad = off_path(scenario, group, now),
+                           .step_s = scenario.step_s});
+  c.agents = now.agents;
+  return c;
 }
 
 const char* to_string(Guarantee guarantee) {
@@ -629,20 +804,29 @@ Certificate certify(const Rules& rules, int n, const GaitRange& gait) {
 
 std::vector<Stage> certify(const Scenario& scenario) {
   std::vector<Stage> stages;
-  for (const Group& group : scenario.groups) {
-    const auto comes = [&](const External& e) { return e.group == group.name; };
-    const int agents =
-        group.count + static_cast<int>(std::ranges::count_if(scenario.externals, comes));
-    Stage stage{group.name, group.gait, 0.0, group.rules, agents};
-    stage.certificate = certified(scenario, stage, group);
-    stages.push_back(stage);
+  for (std::size_t g = 0; g < scenario.groups.size(); ++g) {
+    const Group& group = scenario.groups[g];
+    const auto guests = std::ranges::count(scenario.externals, group.name, &External::group);
+    GroupNow now{.group = static_cast<int>(g),
+                 .rules = group.rules,
+                 .gait = scenario.gait_number(group.gait),
+                 .agents = group.count + static_cast<int>(guests)};
+    const auto add = [&](double from_s, const std::string& gait) {
+      stages.push_back({group.name, gait, from_s, now.rules, now.agents, certify(scenario, now)});
+      if (guests == 0) return;
+      stages.back().certificate.notes.push_back(
+          say("agents from outside follow by laws of their own: nothing is said of ", guests,
+              " of ", now.agents));
+    };
+    std::string gait = group.gait;
+    add(0.0, gait);
     for (const Change& change : scenario.schedule) {
       if (change.group != group.name) continue;
-      stage.from_s = change.at_s;
-      stage.rules = change.rules;
-      if (!change.gait.empty()) stage.gait = change.gait;
-      stage.certificate = certified(scenario, stage, group);
-      stages.push_back(stage);
+      now.turned = now.turned || now.rules.heading.kind != HeadingKind::keep;
+      now.rules = change.rules;
+      if (!change.gait.empty()) gait = change.gait;
+      now.gait = scenario.gait_number(gait);
+      add(change.at_s, gait);
     }
   }
   return stages;

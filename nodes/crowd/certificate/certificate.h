@@ -36,6 +36,11 @@ struct RuleCertificate {
   /// the bound is that of small errors, once others have settled: nothing is said about the way
   /// there
   bool in_the_end = false;
+  /// what remains of the error in the end, at most [as the error]: e decays to it, not to 0;
+  /// infinite: it is not known. Of phases it is how far unequal paces lock apart.
+  double remains = 0.0;
+  /// others, walls and pillars may hold walkers up: nothing is said while somebody is near them
+  bool while_free = false;
   /// rule II, where it waits: the bound holds to a hundredth where its error is 100 times larger
   /// than what others still add, `per_phase_m_rad` times the range of phases plus `per_lane_m`
   /// times the square of the lanes' error
@@ -55,6 +60,7 @@ struct RuleCertificate {
 struct Certificate {
   int agents = 0;
   RuleCertificate frequency, length, phase, tracking, heading;  ///< tracking: to the leader
+  double sway_m = 0.0;                                          ///< from their lanes, by sway
   std::vector<std::string> notes{};                             ///< on rules that act together
 
   /// Every rule in force is contracting.
@@ -70,9 +76,10 @@ struct GaitRange {
   double eigenfrequency_rad_s = 0.0;  ///< ω
   double spread_rad_s = 0.0;          ///< eigenfrequencies within ω ± this
   double beat_gain_1_s = 0.0;         ///< α to a rhythm from outside, that leads all n; 0: none
+  double beat_rate_rad_s = 0.0;       ///< of that rhythm
   HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
-  double off_path_rad = 0.0;          ///< largest angle between headings that are kept and the path
-  double step_s = 0.0;                ///< of the engine; 0: continuous time
+  double off_path_rad = 0.0;  ///< largest angle between headings that are kept and the path; π: any
+  double step_s = 0.0;        ///< of the engine; 0: continuous time
 };
 
 /// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Steps of
@@ -81,8 +88,16 @@ struct GaitRange {
 /// nothing to agree on.
 Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 
-/// ω of a group's phases in the end, or less: a beat that it hears may be slower than it is.
-double pace_rad_s(const Scenario& scenario, const Group& group, double eigenfrequency_rad_s);
+/// A group of a scenario as it is at some time: all that its certificate depends on, for whoever
+/// asks.
+struct GroupNow {
+  int group = 0;
+  Rules rules{};
+  int gait = 0;         ///< number in Scenario::gaits
+  int agents = 0;       ///< external ones included
+  bool turned = false;  ///< a rule of headings was in force before: where they point is not known
+};
+Certificate certify(const Scenario& scenario, const GroupNow& now);
 
 /// A group between two changes of its rules or gait.
 struct Stage {

@@ -174,25 +174,41 @@ double low_pass_mode_rate(double low_pass_rad_s, double slope_1_s) {
   return 0.5 * low_pass_rad_s * (1.0 - std::sqrt(std::max(0.0, inside)));
 }
 
-double periodic_rate(const std::function<Eigen::Matrix2d(double phi_rad)>& a) {
+namespace {
+
+double largest_size(const Eigen::Matrix2d& x) {
+  const double half = 0.5 * x.trace(), root = half * half - x.determinant();
+  return root > 0.0 ? std::abs(half) + std::sqrt(root) : std::sqrt(x.determinant());
+}
+double largest_size(const Eigen::Matrix3d& x) {
+  return Eigen::EigenSolver<Eigen::Matrix3d>(x, false).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+template <class Matrix>
+double rate_of(const std::function<Matrix(double)>& a) {
   const int steps = std::clamp(static_cast<int>(40.0 * a(0.0).norm()), 256, 8192);
   const double h = 2.0 * pi / steps;
-  Eigen::Matrix2d x = Eigen::Matrix2d::Identity(), to = a(0.0);
+  Matrix x = Matrix::Identity(), to = a(0.0);
   double log_size = 0.0;
   for (int i = 0; i < steps; ++i) {
-    const Eigen::Matrix2d from = to, mid = a((i + 0.5) * h);
+    const Matrix from = to, mid = a((i + 0.5) * h);
     to = a((i + 1.0) * h);
-    const Eigen::Matrix2d k1 = from * x, k2 = mid * (x + 0.5 * h * k1),
-                          k3 = mid * (x + 0.5 * h * k2), k4 = to * (x + h * k3);
+    const Matrix k1 = from * x, k2 = mid * (x + 0.5 * h * k1), k3 = mid * (x + 0.5 * h * k2),
+                 k4 = to * (x + h * k3);
     x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
     const double size = x.norm();
     log_size += std::log(size);
     x /= size;
   }
-  const double half = 0.5 * x.trace(), root = half * half - x.determinant();
-  const double radius = root > 0.0 ? std::abs(half) + std::sqrt(root) : std::sqrt(x.determinant());
-  const double rate = -(log_size + std::log(radius)) / (2.0 * pi);
+  const double rate = -(log_size + std::log(largest_size(x))) / (2.0 * pi);
   return std::isfinite(rate) ? rate : -std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+double periodic_rate(const std::function<Eigen::Matrix2d(double phi_rad)>& a) { return rate_of(a); }
+double periodic_rate_of_three(const std::function<Eigen::Matrix3d(double phi_rad)>& a) {
+  return rate_of(a);
 }
 
 }  // namespace mimesis::crowd

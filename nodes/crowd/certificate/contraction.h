@@ -73,5 +73,6 @@ double low_pass_mode_rate(double low_pass_rad_s, double slope_1_s);
 /// eigenvalue of its map over one period [Floquet]; below zero it grows. By Runge and Kutta's
 /// method; allocates nothing. An A too stiff for that is a rate below zero.
 double periodic_rate(const std::function<Eigen::Matrix2d(double phi_rad)>& a);
+double periodic_rate_of_three(const std::function<Eigen::Matrix3d(double phi_rad)>& a);
 
 }  // namespace mimesis::crowd

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -62,6 +63,13 @@ class Monitor {
     certificate_ = std::move(certificate);
     valid_ = true;
     for (RateFit* fit : {&phase_, &tracking_, &spacing_, &heading_}) fit->restart();
+    // R̂ of phases within a range is a third of it at most.
+    phase_.set_least(std::max(kLeastR, kAbove * certificate_.phase.remains / 3.0));
+    tracking_.set_least(std::max(kLeast_rad, kAbove * certificate_.tracking.remains));
+    spacing_.set_least(std::max(kLeast_m, kAbove * rule_of_spacing().remains));
+    heading_.set_least(std::max(kLeast_rad, kAbove * certificate_.heading.remains));
+    tracks_.set_least(std::max(kLeastTurn, kAbove * certificate_.tracking.remains));
+    turns_.set_least(std::max(kLeastTurn, kAbove * certificate_.heading.remains));
   }
   /// @param t_s  of the simulation, increasing
   void step(double t_s, const GroupErrors& errors) {
@@ -69,7 +77,8 @@ class Monitor {
     tracking_.add(t_s, errors.tracking_rad);
     // What waits for others has its rate once they have settled.
     const RuleCertificate& rule = rule_of_spacing();
-    const double phases = or_none(errors.phases_rad), lanes = or_none(errors.heading_rad);
+    const double phases = or_none(errors.phases_rad);
+    const double lanes = or_none(errors.heading_rad - certificate_.heading.remains);
     const bool in_step = !(errors.dispersion > kSettled);
     const double added = rule.per_phase_m_rad * phases + rule.per_lane_m * lanes * lanes;
     const bool settled = in_step && lanes <= kMost_rad && !(added > kRemainder * errors.spacing_m);
@@ -113,6 +122,8 @@ class Monitor {
   static constexpr double kLeastR = 1e-6, kMostR = 3e-2;
   static constexpr double kLeast_rad = 1e-5, kMost_rad = 0.1;
   static constexpr double kLeast_m = 1e-6, kMost_m = 1.0;
+  static constexpr double kAbove =
+      50.0;  // times what remains of an error, so that it counts little
   static constexpr double kSettled = 1e-2;    // dispersion
   static constexpr double kRemainder = 1e-2;  // of the error, what others add to it
   static double or_none(double x) { return x > 0.0 ? x : 0.0; }  // 0 of NaN

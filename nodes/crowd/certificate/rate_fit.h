@@ -25,6 +25,9 @@ class RateFit {
   /// number, is left out.
   void add(double t_s, double value);
   void restart();
+  /// From here on the band ends at `least`, which may be above its other end: then there is no
+  /// rate.
+  void set_least(double least) { least_ = least; }
 
   /// Once the values have fallen by the factor e² at least, in eight samples or more [1/s]; a rate
   /// below zero is growth, which needs as much.
@@ -51,6 +54,8 @@ class TurnFit {
   /// and so does a pause of a second.
   void add(std::uint64_t agent, double t_s, double error);
   void restart();
+  /// As of RateFit.
+  void set_least(double least) { least_ = least; }
 
   /// Rate [1/s] over turns of eight samples or more, once together they fell or grew by the factor
   /// e, or lasted five seconds; below zero: the disorder grows.

@@ -8,24 +8,18 @@
 
 namespace mimesis::crowd {
 
-/// Name of an agent, stable for its life, the same in every process. 0 is none: see GroupSums.
+/// Name of an agent, stable for its life, the same in every process; from 1.
 using AgentId = std::uint64_t;
 
 /// Tells which process moves an agent, and how it reacts to others.
 enum class Role : std::uint8_t {
   own,       ///< moved by `Crowd::step`
   external,  ///< a robot, another program: coupled, but others must yield alone
-  mirror,    ///< another coordinator's: coupled on sparse graphs, in that one's sums, and yields
-  ghost,     ///< like a mirror, but not coupled
   seen       ///< like an external agent, but not coupled: a passer-by, or no longer trusted
 };
-constexpr bool is_summed(Role r) { return r <= Role::external; }
-constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
-constexpr bool yields(Role r) { return r == Role::own || r == Role::mirror || r == Role::ghost; }
+constexpr bool is_coupled(Role r) { return r != Role::seen; }
 
-/// State that changes in a step, and all that the next step needs: handed to another coordinator,
-/// the agent continues as here, up to rounding: sums over a group are added in another order there,
-/// and turns of phases may be taken off. W: world, z up.
+/// State that changes in a step, and all that the next step needs. W: world, z up.
 struct AgentState {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -44,6 +38,7 @@ struct AgentState {
   /// make room.
   static constexpr int kMostPressed = 10;
   int pressed = 0;
+  double held_s = 0.0;  ///< how long others have held it up, less the time since that it walked
 };
 
 /// Constants of an agent, set from outside.
@@ -63,17 +58,12 @@ struct Agent {
   AgentTraits traits{};
 };
 
-/// Sums over a group's own and external agents: all that all-to-all rules need of them. The sums of
-/// other coordinators are added.
+/// Sums over a group's coupled agents: all that all-to-all rules need of them.
 struct GroupSums {
   double count = 0.0;
   double cos_phase = 0.0, sin_phase = 0.0;      ///< Σ cos φ, Σ sin φ
   double error_m = 0.0;                         ///< Σ (zᵢ − dᵢ)
   double cos_heading = 0.0, sin_heading = 0.0;  ///< Σ cos ψ, Σ sin ψ
-  /// The agent with the least id leads. Id 0 is not an agent but a rhythm, such as music: it is in
-  /// no sum.
-  AgentId leader = std::numeric_limits<AgentId>::max();
-  double leader_phase_rad = 0.0;
 };
 GroupSums operator+(const GroupSums& a, const GroupSums& b);
 
@@ -87,6 +77,7 @@ struct AgentTable {
   std::vector<double> phase_rate, heading_rate;
   std::vector<double> smoothed;
   std::vector<std::uint8_t> pressed;
+  std::vector<float> held;
   // traits
   std::vector<double> omega, place, lane, goal_x, goal_y;
   std::vector<float> stride, radius;
@@ -96,8 +87,8 @@ struct AgentTable {
   template <class F>
   static void for_each_column(AgentTable& t, F&& f) {
     f(t.id), f(t.role), f(t.x), f(t.y), f(t.heading), f(t.phase), f(t.vx), f(t.vy), f(t.length);
-    f(t.phase_rate), f(t.heading_rate), f(t.smoothed), f(t.pressed), f(t.omega), f(t.place),
-        f(t.lane);
+    f(t.phase_rate), f(t.heading_rate), f(t.smoothed), f(t.pressed), f(t.held), f(t.omega),
+        f(t.place), f(t.lane);
     f(t.goal_x), f(t.goal_y), f(t.stride), f(t.radius);
   }
   std::size_t bytes_per_row() const;

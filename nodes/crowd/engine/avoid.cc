@@ -52,6 +52,20 @@ constexpr double kTouch = 0.1;      // gap at which agents push each other [m]
 // have arrived would lock others out.
 constexpr double kIdle = 2.0;  // the other wants to go this much faster
 
+// Who is held up for longer than this looks for a way round: it turns its wish to the right, then
+// to the left, then further, each for as long as this, until it gets on.
+constexpr double kPatience_s = 1.5;
+constexpr std::array kRound_rad = {0.0, 0.9, -0.9, 1.8, -1.8};
+constexpr double kOnward = 0.2;  // slower along its wish than this share of it is held up
+
+double held_after(double held_s, bool on, double dt_s) {
+  const double after = held_s + dt_s;
+  const auto way = static_cast<std::size_t>(held_s / kPatience_s);
+  if (way == 0) return on ? std::max(0.0, held_s - dt_s) : after;
+  const bool straight = way % kRound_rad.size() == 0;
+  const bool ends = static_cast<std::size_t>(after / kPatience_s) != way;
+  return on && (straight || ends) ? 0.0 : after;
+}
 constexpr double kStill = 0.3;  // an agent slower than this share of its wish counts as held
 constexpr double kAside = 0.1;  // less of a step aside than this part is no room
 
@@ -161,6 +175,8 @@ class Meeting {
     found.held += within != v ? 1 : 0;
     return within;
   }
+  /// It steps back for another, until there is room for both.
+  bool gives_way() const { return gives_way_; }
   int pressed() const { return inside_ || retreats_ ? AgentState::kMostPressed : pressed_; }
 
  private:
@@ -175,6 +191,7 @@ class Meeting {
     const double side = still * std::min(blocked_, settings_->separate_m_s);
     const Eigen::Vector2d within = bounds_.nearest(with_length_up_to(wish + side * right, fast));
     if (goes_first_ || within.dot(right) > kAside * side) return within;
+    gives_way_ = true;
     return bounds_.nearest(-side * facing_);
   }
 
@@ -189,6 +206,7 @@ class Meeting {
   double blocked_ = 0.0;  // speed of the agent towards the one that faces it most
   Eigen::Vector2d facing_ = Eigen::Vector2d::Zero();
   bool goes_first_ = false;
+  mutable bool gives_way_ = false;  // of the last velocity
   int pressed_ = 0;
 };
 
@@ -412,7 +430,18 @@ void Crowd::Impl::part(std::size_t at, Contacts& found) {
   if (avoids[row] == 0) return;
   Eigen::Vector2d v(wish_x[row], wish_y[row]);
   if (table.role[row] == Role::own) {
-    v = parted(at, v, found);
+    const Eigen::Vector2d wish = v;
+    const double held = static_cast<double>(table.held[row]);
+    const auto way = static_cast<std::size_t>(held / kPatience_s);
+    const double round = kRound_rad[way % kRound_rad.size()];
+    if (round != 0.0) {
+      const CosSin c = cos_sin_lane(round);
+      v = Eigen::Vector2d(c.cos * v.x() + c.sin * v.y(), c.cos * v.y() - c.sin * v.x());
+    }
+    bool gives_way = false;
+    v = parted(at, v, found, gives_way);
+    const bool on = gives_way || v.dot(wish) >= kOnward * wish.squaredNorm();
+    table.held[row] = static_cast<float>(held_after(held, on, settings.dt_s));
     table.vx[row] = static_cast<float>(v.x());
     table.vy[row] = static_cast<float>(v.y());
   }
@@ -420,14 +449,17 @@ void Crowd::Impl::part(std::size_t at, Contacts& found) {
   table.y[row] = grid.y[at] + settings.dt_s * v.y();
 }
 
-Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish, Contacts& found) {
+Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish, Contacts& found,
+                                    bool& gives_way) {
   const double fast = std::max(std::sqrt(wish.squaredNorm()), settings.avoid.separate_m_s);
   Meeting meeting = met(at, wish, fast);
   const double faster = meeting.fastest();  // others may push it
   if (faster > fast) meeting = met(at, wish, faster);
   table.pressed[static_cast<std::size_t>(grid.row[at])] =
       static_cast<std::uint8_t>(meeting.pressed());
-  return meeting.velocity(found);
+  const Eigen::Vector2d v = meeting.velocity(found);
+  gives_way = meeting.gives_way();
+  return v;
 }
 
 namespace {
@@ -547,10 +579,6 @@ Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fas
           const bool first = table.id[row] < table.id[other];
           if (table.role[other] == Role::own) {
             meeting.face(n, gap, its, first);
-            // the wishes of another coordinator's agents are unknown
-          } else if (yields(table.role[other])) {
-            const CosSin h = cos_sin_lane(table.heading[other]);
-            meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
           }
           meeting.feel(n, its, grid.pressed[j]);
         }

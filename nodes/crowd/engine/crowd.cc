@@ -142,16 +142,13 @@ int Crowd::add_group(const GroupSettings& settings) {
 }
 
 double Crowd::Impl::coupled_agents(const GroupRows& g, std::span<const Agent> more) const {
-  double summed = g.outside.count, coupled = 0.0;
-  const auto count = [&](Role role) {
-    summed += is_summed(role) ? 1.0 : 0.0;
-    coupled += is_coupled(role) ? 1.0 : 0.0;
-  };
+  double coupled = 0.0;
+  const auto count = [&](Role role) { coupled += is_coupled(role) ? 1.0 : 0.0; };
   for (int row = g.first; row < g.first + g.count; ++row) {
     count(table.role[static_cast<std::size_t>(row)]);
   }
   for (const Agent& agent : more) count(agent.role);
-  return std::max(summed, coupled);
+  return coupled;
 }
 
 void Crowd::set_rules(int group, const Rules& rules) {
@@ -164,7 +161,7 @@ void Crowd::set_rules(int group, const Rules& rules) {
   GroupRows changed = g;
   changed.settings = next;
   changed.changed = true;
-  const bool follow = rules.phase.leader_gain_1_s > 0.0 && !impl_->leads_from_outside(changed);
+  const bool follow = rules.phase.leader_gain_1_s > 0.0 && !changed.beat_rad;
   const int n = static_cast<int>(g.members.size());
   for (const GraphSettings* graph :
        {&rules.frequency.graph, &rules.length.graph, &rules.heading.graph, &rules.phase.graph}) {
@@ -277,10 +274,11 @@ void Crowd::set_obstacles(std::span<const Pillar> pillars, std::span<const Wall>
   impl_->obstacles = ObstacleGrid(pillars, walls, impl_->settings.avoid.reach_m);
 }
 
-void Crowd::set_outside(int group, const GroupSums& sums) {
+void Crowd::set_beat(int group, std::optional<double> phase_rad) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
-  g.changed = g.changed || sums.leader != g.outside.leader;  // the followers may have changed
-  g.outside = sums;
+  // The first agent follows, or leads, from now on.
+  g.changed = g.changed || phase_rad.has_value() != g.beat_rad.has_value();
+  g.beat_rad = phase_rad;
 }
 
 double Crowd::time_s() const { return static_cast<double>(impl_->steps) * dt_s(); }
@@ -306,10 +304,8 @@ Agent Crowd::agent(int row) const { return impl_->table.get(row); }
 Crowd::Contacts Crowd::contacts() const { return impl_->contacts; }
 
 GroupSums operator+(const GroupSums& a, const GroupSums& b) {
-  const GroupSums& first = a.leader <= b.leader ? a : b;
   return {a.count + b.count,     a.cos_phase + b.cos_phase,     a.sin_phase + b.sin_phase,
-          a.error_m + b.error_m, a.cos_heading + b.cos_heading, a.sin_heading + b.sin_heading,
-          first.leader,          first.leader_phase_rad};
+          a.error_m + b.error_m, a.cos_heading + b.cos_heading, a.sin_heading + b.sin_heading};
 }
 
 std::size_t AgentTable::bytes_per_row() const {
@@ -322,8 +318,8 @@ std::size_t AgentTable::bytes_per_row() const {
 Agent AgentTable::get(int row) const {
   const auto i = static_cast<std::size_t>(row);
   Agent a{id[i], role[i], {}, {}};
-  a.state = {{x[i], y[i]},  {vx[i], vy[i]},  heading[i],  phase[i],  length[i],
-             phase_rate[i], heading_rate[i], smoothed[i], pressed[i]};
+  a.state = {{x[i], y[i]},  {vx[i], vy[i]},  heading[i],  phase[i],   length[i],
+             phase_rate[i], heading_rate[i], smoothed[i], pressed[i], held[i]};
   a.traits = {omega[i], stride[i], radius[i], place[i], lane[i], {goal_x[i], goal_y[i]}};
   return a;
 }
@@ -349,6 +345,7 @@ void AgentTable::set_state(int row, const AgentState& s) {
   heading_rate[i] = s.heading_rate_rad_s;
   pressed[i] = static_cast<std::uint8_t>(std::clamp(s.pressed, 0, AgentState::kMostPressed));
   smoothed[i] = s.smoothed_error_m;
+  held[i] = static_cast<float>(s.held_s);
 }
 
 void AgentTable::set_traits(int row, const AgentTraits& t) {

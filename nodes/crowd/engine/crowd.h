@@ -46,7 +46,7 @@ struct CrowdSettings {
 
 /// Many walkers. Speed of agent i is vᵢ = stride (1 + μᵢ) φ̇ᵢ g(φᵢ) [M18 4.4.1]; φ̇, μ and ψ̇ follow
 /// the rules of its group, by the two-step method of Adams and Bashforth (order 2, one evaluation a
-/// step, so one exchange between coordinators); the way along a step is the exact integral of g.
+/// step); the way along a step is the exact integral of g.
 ///
 /// Within a group, agents are ordered by id: the i-th coupled one is node i of the coupling graphs,
 /// the first leads. A named graph is rebuilt when agents join or leave; a weighted graph loses the
@@ -82,9 +82,9 @@ class Crowd {
   int remove(std::span<const AgentId> ids);
   int remove(AgentId id) { return remove(std::span<const AgentId>(&id, 1)); }
 
-  /// State set from outside: of externals and mirrors when a message comes, of own agents where
-  /// they are displaced. External agents go straight on between. False: no such agent, or a value
-  /// is not finite (nothing changed).
+  /// State set from outside: of external agents when a message comes, of own agents where they are
+  /// displaced. External agents go straight on between. False: no such agent, or a value is not
+  /// finite (nothing changed).
   [[nodiscard]] bool set_state(AgentId id, const AgentState& state);
   [[nodiscard]] bool set_traits(AgentId id, const AgentTraits& traits);
   [[nodiscard]] bool set_role(AgentId id, Role role);
@@ -94,11 +94,9 @@ class Crowd {
   /// Replaces all. @throws ConfigError if they are too large
   void set_obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls);
 
-  /// Sums over own and external agents of a group, of the present state.
-  GroupSums sums(int group) const;
-  /// Sums over the agents of this group that other coordinators have, at the same time. Kept until
-  /// set again.
-  void set_outside(int group, const GroupSums& sums);
+  /// Phase of a rhythm, such as music, that leads the group instead of its first agent, now; kept
+  /// until set again.
+  void set_beat(int group, std::optional<double> phase_rad);
 
   /// From t to t + dt. @param team  threads, or nullptr
   void step(parallel::Team* team = nullptr);

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "nodes/crowd/engine/agent.h"
@@ -48,8 +49,7 @@ struct WalkField {
 };
 
 /// Rows [first, last) one step on. All pointers of the field are indexed by row. Returns the sums
-/// of the new state over own and external rows, lanes added in a fixed order, without a leader;
-/// with wishes nothing.
+/// of the new state over coupled rows, lanes added in a fixed order; with wishes nothing.
 GroupSums walk(const WalkField& field, AgentTable& table, int first, int last);
 /// The sums without a step.
 GroupSums walk_sums(const WalkField& field, const AgentTable& table, int first, int last);
@@ -59,13 +59,12 @@ struct GroupRows {
 
   GroupSettings settings;
   int first = 0, count = 0;
-  GroupSums outside{};
+  std::optional<double> beat_rad{};  // phase of a rhythm that leads
   // Rebuilt when members or rules change.
   bool changed = true;
   bool lift = true;            // phases are compared for the first time
   bool mixed = false;          // not all are own
-  int summed_rows = 0;         // own and external
-  int leader_row = -1;         // the first of them
+  int leader_row = -1;         // the first coupled one
   std::vector<int> members;    // coupled rows, by id
   std::vector<AgentId> names;  // ids of the members: edges of weighted graphs are between them
   std::vector<int> followers;  // those without the leader, for the phases of a sparse graph
@@ -103,13 +102,11 @@ struct Crowd::Impl {
   int find_row(AgentId id) const;
   GroupRows& group_at(int row);
 
-  /// How many agents react to each other in a group, and `more`. Those of other coordinators are in
-  /// the sums from outside, or, along sparse graphs, mirrors here; ghosts are not coupled.
+  /// How many agents react to each other in a group, and `more`.
   double coupled_agents(const GroupRows& group, std::span<const Agent> more = {}) const;
 
   /// Graphs, members, scratch; before a step.
   void prepare(GroupRows& group);
-  bool leads_from_outside(const GroupRows& group) const;
   void resize_scratch();
   GroupSums sums_of(GroupRows& group);
   WalkField field(GroupRows& group);
@@ -124,7 +121,8 @@ struct Crowd::Impl {
   void part_all(parallel::Team* team);
   void part_row(int grid_row);
   void part(std::size_t place, Contacts& contacts);
-  Eigen::Vector2d parted(std::size_t place, const Eigen::Vector2d& wish, Contacts& contacts);
+  Eigen::Vector2d parted(std::size_t place, const Eigen::Vector2d& wish, Contacts& contacts,
+                         bool& gives_way);
   Meeting met(std::size_t place, const Eigen::Vector2d& wish, double fastest_m_s) const;
   void walk_group(GroupRows& group, const WalkField& field, parallel::Team* team);
 };

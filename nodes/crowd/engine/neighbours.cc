@@ -46,8 +46,7 @@ void Grid::build(const AgentTable& t, const std::vector<std::uint8_t>& avoids, d
     vx[to] = t.vx[i];
     vy[to] = t.vy[i];
     radius[to] = t.radius[i];
-    const Role role = t.role[i];
-    yields[to] = role == Role::own ? avoids[i] : crowd::yields(role);
+    yields[to] = t.role[i] == Role::own ? avoids[i] : 0;
     pressed[to] = t.pressed[i];
     row[to] = static_cast<int>(i);
     largest = std::max(largest, t.radius[i]);

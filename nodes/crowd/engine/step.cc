@@ -93,15 +93,13 @@ void Crowd::Impl::prepare(GroupRows& g) {
   }
   g.members.clear();
   g.mixed = false;
-  g.summed_rows = 0;
   g.leader_row = -1;
   for (int row = g.first; row < g.first + g.count; ++row) {
     const Role role = table.role[static_cast<std::size_t>(row)];
     g.mixed = g.mixed || role != Role::own;
-    if (is_coupled(role)) g.members.push_back(row);
-    if (!is_summed(role)) continue;
+    if (!is_coupled(role)) continue;
     if (g.leader_row < 0) g.leader_row = row;
-    ++g.summed_rows;
+    g.members.push_back(row);
   }
   std::vector<AgentId> names(g.members.size());
   std::ranges::transform(g.members, names.begin(),
@@ -118,20 +116,13 @@ void Crowd::Impl::prepare(GroupRows& g) {
              now.subspan(std::min(skip, now.size())));
   }
   g.names = std::move(names);
-  // The leader may be another coordinator's, or a rhythm: then all members follow.
-  g.followers = g.members;
-  if (led && !g.followers.empty() && !leads_from_outside(g)) g.followers.erase(g.followers.begin());
+  g.followers = g.members;  // all of them, where a rhythm leads
+  if (led && !g.followers.empty() && !g.beat_rad) g.followers.erase(g.followers.begin());
   const int n = static_cast<int>(g.members.size());
   g.frequency = make_graph(rules.frequency.graph, n);
   g.length = make_graph(rules.length.graph, n);
   g.heading = make_graph(rules.heading.graph, n);
   g.phase = make_graph(rules.phase.graph, static_cast<int>(g.followers.size()));
-}
-
-bool Crowd::Impl::leads_from_outside(const GroupRows& g) const {
-  const AgentId own = g.members.empty() ? std::numeric_limits<AgentId>::max()
-                                        : table.id[static_cast<std::size_t>(g.members[0])];
-  return g.outside.leader < own;
 }
 
 GroupSums Crowd::Impl::sums_of(GroupRows& g) {
@@ -148,31 +139,26 @@ GroupSums Crowd::Impl::sums_of(GroupRows& g) {
     }
     g.summed = true;
   }
-  GroupSums sums = g.sums;
-  if (g.leader_row >= 0) {
-    sums.leader = table.id[static_cast<std::size_t>(g.leader_row)];
-    sums.leader_phase_rad = table.phase[static_cast<std::size_t>(g.leader_row)];
-  }
-  return sums;
+  return g.sums;
 }
 
 void Crowd::Impl::couple_phases(const GroupRows& g, const GroupSums& total, WalkField& f) {
   const PhaseRule& rule = g.settings.rules.phase;
-  const bool led =
-      rule.leader_gain_1_s > 0.0 && total.leader != std::numeric_limits<AgentId>::max();
-  Leader leader{led ? rule.leader_gain_1_s : 0.0, total.leader_phase_rad};
-  const bool own_leader =
-      led && g.leader_row >= 0 && table.id[static_cast<std::size_t>(g.leader_row)] == total.leader;
+  const bool led = rule.leader_gain_1_s > 0.0 && (g.beat_rad || g.leader_row >= 0);
+  const bool by_agent = led && !g.beat_rad;
+  Leader leader{
+      led ? rule.leader_gain_1_s : 0.0,
+      by_agent ? table.phase[static_cast<std::size_t>(g.leader_row)] : g.beat_rad.value_or(0.0)};
   if (!is_sparse(g.phase)) {
     CircularSum sum{total.cos_phase, total.sin_phase, total.count};
-    if (led && total.leader != 0) {
+    if (by_agent) {
       sum.cos -= std::cos(leader.phi_rad);
       sum.sin -= std::sin(leader.phi_rad);
       sum.count -= 1.0;
     }
     const bool all = g.phase.complete();
     f.pull_to = mean_field_pull(sum, all ? rule.gain_1_s : 0.0, leader);
-    f.leader_row = own_leader ? g.leader_row : -1;
+    f.leader_row = by_agent ? g.leader_row : -1;
     return;
   }
   const int n = static_cast<int>(g.followers.size());
@@ -244,7 +230,7 @@ void Crowd::Impl::couple_headings(GroupRows& g, const GroupSums& total, WalkFiel
 }
 
 WalkField Crowd::Impl::field(GroupRows& g) {
-  const GroupSums total = sums_of(g) + g.outside;
+  const GroupSums total = sums_of(g);
   const Rules& r = g.settings.rules;
   WalkField f;
   f.dt = settings.dt_s;
@@ -318,12 +304,6 @@ void Crowd::step(parallel::Team* team) {
   c.contacts = {};
   if (c.avoiding) c.part_all(team);
   ++c.steps;
-}
-
-GroupSums Crowd::sums(int group) const {
-  GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
-  impl_->prepare(g);
-  return impl_->sums_of(g);
 }
 
 std::optional<Crowd::Wish> Crowd::wish(AgentId id) const {

@@ -258,7 +258,7 @@ MIMESIS_PART void add_sums(const WalkField& f, const AgentTable& t, int row, int
   for (int l = 0; l < m; ++l) one[l] = 1.0;
   if (f.mixed) {
     for (int l = 0; l < m; ++l) {
-      if (is_summed(t.role[static_cast<std::size_t>(row + l)])) continue;
+      if (is_coupled(t.role[static_cast<std::size_t>(row + l)])) continue;
       ahead[l] = cp[l] = sp[l] = ch[l] = sh[l] = one[l] = 0.0;
     }
   }

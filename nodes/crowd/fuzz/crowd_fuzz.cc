@@ -1,6 +1,5 @@
-// Any bytes as a scenario file, or as what others tell a coordinator: states of another one, a
-// handover, states of external agents, characters, a style. It must continue, every agent at a
-// finite place. The first byte chooses.
+// Any bytes as a scenario file, or as what others tell the node: states of external agents,
+// characters, a style. It must continue, every agent at a finite place. The first byte chooses.
 //   cmake --preset fuzz && ninja -C build-fuzz crowd_fuzz crowd_fuzz_seeds
 //   build-fuzz/bin/crowd_fuzz_seeds CORPUS && build-fuzz/bin/crowd_fuzz -rss_limit_mb=1024 \
 //     -close_fd_mask=2 CORPUS       (what a node says of bad input is no news)
@@ -74,20 +73,10 @@ void run(std::string_view text) {
   }
 }
 
-/// Coordinator 1 of two; the other one is present.
 class FuzzedNode {
  public:
-  FuzzedNode() : file_(kFuzzScenario), node_(params(file_), bus_) {
-    v1::CrowdStates other;
-    other.set_coordinator(2);
-    other.set_hears(2);
-    v1::CrowdOwnership& ownership = *other.mutable_ownership();  // it knows our first report
-    ownership.set_since_ns(kFuzzBegin_ns);
-    for (const std::uint64_t ns : {kFuzzBegin_ns, std::uint64_t{0}}) {
-      ownership.add_heard_since_ns(ns);
-      ownership.add_heard_ns(ns);
-    }
-    for (int k = 0; k < 3; ++k) step(other);
+  FuzzedNode() : file_(kFuzzScenario), node_(file_.params(), bus_) {
+    for (int k = 0; k < 3; ++k) step();
   }
 
   template <class Message>
@@ -96,9 +85,9 @@ class FuzzedNode {
     if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return;
     for (int k = 0; k < 2; ++k) {  // rates come from two
       bus_.send(port, message, now_);
-      step({});
+      step();
     }
-    for (int k = 0; k < 3; ++k) step({});
+    for (int k = 0; k < 3; ++k) step();
     const auto states = bus_.take_last<v1::CrowdStates>("states");
     MIMESIS_ASSERT(states.has_value());
     for (const double x : states->position_in_world_m()) MIMESIS_ASSERT(std::isfinite(x));
@@ -107,14 +96,8 @@ class FuzzedNode {
   }
 
  private:
-  static CrowdParams params(const crowd::testing::ScenarioFile& file) {
-    CrowdParams p = file.params();
-    p.regions.x_m = {1000.0};
-    return p;
-  }
-  void step(const std::optional<v1::CrowdStates>& other) {
+  void step() {
     now_ += kPeriod;
-    if (other) bus_.send("peers", *other, now_);
     node_.step(now_);
   }
 
@@ -129,20 +112,14 @@ class FuzzedNode {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  switch (data[0] % 6) {
+  switch (data[0] % 4) {
     case 0:
       run(bytes);
       break;
     case 1:
-      FuzzedNode().hear<v1::CrowdStates>("peers", bytes);
-      break;
-    case 2:
-      FuzzedNode().hear<v1::CrowdHandover>("handovers", bytes);
-      break;
-    case 3:
       FuzzedNode().hear<v1::CrowdStates>("agents", bytes);
       break;
-    case 4:
+    case 2:
       FuzzedNode().hear<v1::MotionBatch>("characters", bytes);
       break;
     default:

@@ -61,14 +61,6 @@ Rules heard(Rules rules, double beat_gain_1_s) {
   return rules;
 }
 
-bool along_a_graph(const Rules& rules) {
-  const auto sparse = [](const GraphSettings& graph) {
-    return graph.topology != Topology::none && graph.topology != Topology::all_to_all;
-  };
-  return sparse(rules.frequency.graph) || sparse(rules.length.graph) || sparse(rules.phase.graph) ||
-         sparse(rules.heading.graph);
-}
-
 constexpr double kOnTheSpot = 1e-3;  // share of the stride of an agent that waits
 
 bool inside(const Zone& zone, const Eigen::Vector2d& p) {
@@ -83,13 +75,12 @@ Eigen::Vector2d point(const std::vector<double>& xy, int i) {
 
 }  // namespace
 
-ScenarioRun::ScenarioRun(const Scenario& scenario, const Mine& mine)
+ScenarioRun::ScenarioRun(const Scenario& scenario)
     : scenario_(sound(scenario)), roster_(scenario_), crowd_({.dt_s = scenario_.step_s}) {
   beat_from_rad_ = scenario_.beat.phase_rad;
   for (const Group& group : scenario_.groups) add_group(group);
-  outside_.resize(scenario_.groups.size());
   crowd_.set_obstacles(scenario_.pillars, scenario_.walls);
-  populate(mine);
+  populate();
   hear_beat();
 }
 
@@ -102,23 +93,13 @@ void ScenarioRun::add_group(const Group& group) {
                     .sway = gait.sway()});
   gaits_.push_back(scenario_.gait_number(group.gait));
   omega_.push_back(gait.eigenfrequency_rad_s);
-  bool whole = along_a_graph(group.rules);
-  for (const Change& change : scenario_.schedule) {
-    whole = whole || (change.group == group.name && along_a_graph(change.rules));
-  }
-  whole_.push_back(whole);
 }
 
-void ScenarioRun::populate(const Mine& mine) {
+void ScenarioRun::populate() {
   std::vector<std::vector<Agent>> members(scenario_.groups.size());
   for (AgentId id = 1; id <= static_cast<AgentId>(roster_.agents()); ++id) {
-    Agent agent = roster_.start(id);
-    const int home = roster_.home(id);
-    const bool ours = mine(agent.state.position_W_m);
-    if (!ours && !whole(home)) continue;
-    agent.role = ours ? Role::own : Role::mirror;
-    members[static_cast<std::size_t>(home)].push_back(agent);
-    if (ours) courses_[id] = {};
+    members[static_cast<std::size_t>(roster_.home(id))].push_back(roster_.start(id));
+    courses_[id] = {};
   }
   for (std::size_t g = 0; g < members.size(); ++g) crowd_.add(static_cast<int>(g), members[g]);
 }
@@ -141,10 +122,6 @@ std::optional<double> ScenarioRun::beat_of_agent() const {
 bool ScenarioRun::waiting(AgentId id) const {
   const auto found = courses_.find(id);
   return found != courses_.end() && found->second.waiting;
-}
-
-void ScenarioRun::set_outside(int group, const GroupSums& sums) {
-  outside_[static_cast<std::size_t>(group)] = sums;
 }
 
 void ScenarioRun::step(parallel::Team* team) {
@@ -179,8 +156,7 @@ std::string ScenarioRun::wish_gait(std::span<const AgentId> ids, const std::stri
     const std::optional<Agent> agent = crowd_.find(id);
     if (!agent) return "there is no agent " + std::to_string(id);
     const int from = *crowd_.group_of(id), to = static_cast<int>(walks_so - gaits_.begin());
-    const bool here = agent->role == Role::own || agent->role == Role::external;
-    if (here && gait(from) != scenario_.gait_number(name)) move(id, from, to);
+    if (is_coupled(agent->role) && gait(from) != scenario_.gait_number(name)) move(id, from, to);
   }
   return {};
 }
@@ -190,13 +166,8 @@ void ScenarioRun::hear_beat() {
     beat_from_rad_ = *phase;
     beat_from_s_ = time_s();
   }
-  for (std::size_t g = 0; g < outside_.size(); ++g) {
-    GroupSums sums = outside_[g];
-    if (scenario_.groups[g].beat_gain_1_s > 0.0) {
-      sums.leader = Roster::kBeat;
-      sums.leader_phase_rad = beat_rad();
-    }
-    crowd_.set_outside(static_cast<int>(g), sums);
+  for (std::size_t g = 0; g < scenario_.groups.size(); ++g) {
+    if (scenario_.groups[g].beat_gain_1_s > 0.0) crowd_.set_beat(static_cast<int>(g), beat_rad());
   }
 }
 
@@ -257,39 +228,9 @@ void ScenarioRun::move(AgentId id, int from, int to) {
   }
 }
 
-std::optional<Traveller> ScenarioRun::release(AgentId id) {
-  const std::optional<Agent> agent = crowd_.find(id);
-  if (!agent || agent->role != Role::own) return std::nullopt;
-  Traveller traveller{.agent = *agent, .group = *crowd_.group_of(id)};
-  const Course& course = courses_[id];
-  traveller.leg = course.leg;
-  traveller.waiting = course.waiting;
-  if (course.waiting) traveller.agent.traits.stride = course.stride;
-  courses_.erase(id);
-  MIMESIS_ASSERT(crowd_.set_role(id, Role::mirror));
-  return traveller;
-}
-
-void ScenarioRun::admit(const Traveller& traveller) {
-  const AgentId id = traveller.agent.id;
-  const std::optional<int> here = crowd_.group_of(id);
-  if (here && *here != traveller.group) crowd_.remove(id);
-  if (here && *here == traveller.group) {  // keeps the turn that its phase is in
-    MIMESIS_ASSERT(crowd_.set_state(id, traveller.agent.state));
-    MIMESIS_ASSERT(crowd_.set_traits(id, traveller.agent.traits));
-    MIMESIS_ASSERT(crowd_.set_role(id, Role::own));
-  } else {
-    crowd_.add(traveller.group, std::span<const Agent>(&traveller.agent, 1));
-  }
-  Course& course = courses_[id] = {};
-  course.leg = traveller.leg;
-  if (traveller.waiting) wait(id, true);
-}
-
-/// Ours, or an external agent that we look after.
-bool ScenarioRun::moved_here(int row) const {
-  const Role role = crowd_.roles()[static_cast<std::size_t>(row)];
-  return role == Role::own || role == Role::external;
+/// Moved here, or an external agent that takes part.
+bool ScenarioRun::takes_part(int row) const {
+  return is_coupled(crowd_.roles()[static_cast<std::size_t>(row)]);
 }
 
 /// Along routes: an agent near its goal gets the next one.
@@ -344,7 +285,7 @@ void ScenarioRun::gather(const Zone& zone, int from) {
   const bool enough = zone.gather <= 1 || arrived >= zone.gather;
   for (int row = rows.first; row < rows.first + rows.count; ++row) {
     const auto r = static_cast<std::size_t>(row);
-    if (!moved_here(row) || !here(row)) continue;
+    if (!takes_part(row) || !here(row)) continue;
     const AgentId id = crowd_.ids()[r];
     if (crowd_.roles()[r] == Role::own) wait(id, !enough);
     if (enough) plan_switch(id, from, scenario_.group_number(zone.to));
@@ -378,7 +319,7 @@ void ScenarioRun::meet(const Encounter& encounter) {
   std::ranges::sort(by_x_);
   for (int row = rows.first; row < rows.first + rows.count; ++row) {
     const auto r = static_cast<std::size_t>(row);
-    if (!moved_here(row)) continue;
+    if (!takes_part(row)) continue;
     const double x = crowd_.x_m()[r], y = crowd_.y_m()[r], near = encounter.within_m;
     auto k = std::ranges::lower_bound(by_x_, std::pair(x - near, 0));
     for (; k != by_x_.end() && k->first <= x + near; ++k) {
@@ -407,18 +348,6 @@ void ScenarioRun::send_on(Agent& agent, int from, int to) {
   if (!common) return;
   courses_[agent.id].leg = 0;
   agent.traits.goal_W_m = point(goals.position_m, 0);
-}
-
-Traveller ScenarioRun::traveller(AgentId id, int group, const AgentState& state) const {
-  Traveller traveller{.agent = roster_.start(id), .group = group};
-  traveller.agent.role = Role::own;
-  traveller.agent.state = state;
-  const Group& home = scenario_.groups[static_cast<std::size_t>(roster_.home(id))];
-  traveller.agent.traits.omega_rad_s +=
-      omega_[static_cast<std::size_t>(group)] - scenario_.gait(home.gait)->eigenfrequency_rad_s;
-  const Goals& goals = scenario_.groups[static_cast<std::size_t>(group)].goals;
-  if (goals.aim == Aim::route) traveller.agent.traits.goal_W_m = point(goals.position_m, 0);
-  return traveller;
 }
 
 }  // namespace mimesis::crowd

@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,12 +11,10 @@
 
 namespace mimesis::crowd {
 
-/// Ids of all agents in a scenario, the same in every process. Id 0 is the beat; agents count from
-/// 1, group by group, then the external ones in their order.
+/// Ids of all agents in a scenario, the same in every process: from 1, group by group, then the
+/// external ones in their order.
 class Roster {
  public:
-  static constexpr AgentId kBeat = 0;
-
   /// @throws ConfigError as starts(), places() and first_goals()
   explicit Roster(const Scenario& scenario);
 
@@ -41,39 +38,25 @@ class Roster {
   AgentId first_external_ = 1;
 };
 
-/// An agent with all that decides its future: what one coordinator hands to another.
-struct Traveller {
-  Agent agent{};
-  int group = 0;
-  int leg = 0;           ///< leg of its group's route
-  bool waiting = false;  ///< in a zone, for others
-};
-
 /// A scenario that runs: the crowd, and above it what changes its groups: the schedule, zones,
-/// encounters, goals and routes, the beat. Pure; same scenario, same bits. With several
-/// coordinators each has the agents of its part of the plane.
+/// encounters, goals and routes, the beat. Pure; same scenario, same bits.
 ///
 /// An agent that waits in a zone marks time: steps on the spot, in the rhythm of its group.
 class ScenarioRun {
  public:
-  using Mine = std::function<bool(const Eigen::Vector2d& p_W_m)>;
   struct Switch {
     AgentId id;
     int from, to;
   };
 
-  /// @param mine  whether an agent that begins there is moved here
   /// @throws ConfigError as Crowd, and for a scenario that has faults
-  explicit ScenarioRun(
-      const Scenario& scenario, const Mine& mine = [](const Eigen::Vector2d&) { return true; });
+  explicit ScenarioRun(const Scenario& scenario);
 
   const Scenario& scenario() const { return scenario_; }
   const Roster& roster() const { return roster_; }
   Crowd& crowd() { return crowd_; }
   const Crowd& crowd() const { return crowd_; }
-  double time_s() const { return from_s_ + crowd_.time_s(); }
-  /// The run continues from this time of the others. Before the first step.
-  void join(double time_s) { from_s_ = time_s; }
+  double time_s() const { return crowd_.time_s(); }
   /// Phase of the scenario's beat at the present time, not wrapped [rad]. If an agent is the beat
   /// and no longer trusted, the phase continues at the beat's rate.
   double beat_rad() const;
@@ -82,12 +65,6 @@ class ScenarioRun {
   /// Number of the gait that the group has at present.
   int gait(int group) const { return gaits_[static_cast<std::size_t>(group)]; }
   bool waiting(AgentId id) const;
-  /// The group is coupled along a graph other than all-to-all, at some time: neighbours are known
-  /// by their number among all, so that every coordinator has all of them.
-  bool whole(int group) const { return whole_[static_cast<std::size_t>(group)]; }
-
-  /// Sums over agents that other coordinators have; kept until set again.
-  void set_outside(int group, const GroupSums& sums);
   /// A wish that agents walk in this style: they change to the first group with that gait. Without
   /// ids: all groups take the gait. Returns why not, or an empty text.
   std::string wish_gait(std::span<const AgentId> ids, const std::string& name);
@@ -100,16 +77,6 @@ class ScenarioRun {
   /// Groups that got other rules or another gait, in the last step and since.
   std::span<const int> changed_groups() const { return changed_; }
 
-  /// Another coordinator moves the agent from now on, from this state; here it stays as a mirror.
-  /// No effect if the agent is not ours.
-  std::optional<Traveller> release(AgentId id);
-  /// An agent of which only its state is known: it has the traits of its start in the gait of its
-  /// group, and starts its group's route again. Precondition: roster().known(id).
-  Traveller traveller(AgentId id, int group, const AgentState& state) const;
-  /// The agent is ours from now on, in this state.
-  /// @throws ConfigError as Crowd::add
-  void admit(const Traveller& traveller);
-
  private:
   struct Course {
     int leg = 0;
@@ -117,7 +84,7 @@ class ScenarioRun {
     double stride = 1.0;  // when it does not wait
   };
   void add_group(const Group& group);
-  void populate(const Mine& mine);
+  void populate();
   void follow_schedule();
   void follow_goals();
   void follow_zones();
@@ -133,18 +100,15 @@ class ScenarioRun {
   void set_gait(int group, const std::string& name);
   void hear_beat();
   std::optional<double> beat_of_agent() const;
-  bool moved_here(int row) const;
+  bool takes_part(int row) const;
 
   Scenario scenario_;
   Roster roster_;
   Crowd crowd_;
-  std::vector<GroupSums> outside_;
-  std::vector<bool> whole_;
   std::vector<int> gaits_;     // gaits of the groups
   std::vector<double> omega_;  // their ω₀
   std::unordered_map<AgentId, Course> courses_;
   std::size_t next_change_ = 0;
-  double from_s_ = 0.0;
   double beat_from_rad_ = 0.0, beat_from_s_ = 0.0;
   std::vector<Switch> switches_;
   std::vector<int> changed_;

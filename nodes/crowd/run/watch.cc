@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-void measure_places(const Group& group, bool lanes, std::span<const Observed> agents,
+/// @param sway_m  how far sway takes walkers from their lanes; negative: lanes do not count
+void measure_places(const Group& group, double sway_m, std::span<const Observed> agents,
                     GroupOrder& order) {
   const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
   const Eigen::Vector2d ahead(std::cos(group.heading_rad), std::sin(group.heading_rad));
@@ -28,8 +29,9 @@ void measure_places(const Group& group, bool lanes, std::span<const Observed> ag
   }
   order.errors.spacing_m = most - least;
   for (const Observed& a : agents) {
-    const double across = lanes ? (a.p_W_m - origin).dot(left) - a.lane_m : 0.0;
-    order.place_most_m = std::max(order.place_most_m, std::hypot(error(a) - mean, across));
+    const double across = sway_m < 0.0 ? 0.0 : std::abs((a.p_W_m - origin).dot(left) - a.lane_m);
+    order.place_most_m =
+        std::max(order.place_most_m, std::hypot(error(a) - mean, std::max(0.0, across - sway_m)));
   }
 }
 
@@ -89,7 +91,8 @@ bool is_gate(const Scenario& scenario, int from, int to) {
 }  // namespace
 
 GroupOrder Observer::measure(const Group& group, const Rules& rules,
-                             std::span<const Observed> agents, std::optional<double> beat_rad) {
+                             std::span<const Observed> agents, std::optional<double> beat_rad,
+                             double sway_m) {
   GroupOrder order;
   order.agents = static_cast<int>(agents.size());
   order.errors = {kNan, kNan, kNan, kNan, kNan};
@@ -116,7 +119,7 @@ GroupOrder Observer::measure(const Group& group, const Rules& rules,
     order.errors.phases_rad = 2.0 * order.phase_most_rad + (led ? order.errors.tracking_rad : 0.0);
   }
   order.errors.heading_rad = heading_error(group, rules.heading, headings_, agents);
-  measure_places(group, rules.heading.kind == HeadingKind::lane, agents, order);
+  measure_places(group, rules.heading.kind == HeadingKind::lane ? sway_m : -1.0, agents, order);
   for (const Observed& a : agents) {
     order.goal_most_m = std::max(order.goal_most_m, (a.goal_W_m - a.p_W_m).norm());
   }
@@ -160,7 +163,6 @@ void Closeness::observe(std::span<const Disc> discs) {
       const double nearer =
           std::max(a.radius_m + widest + std::max(least_gap_m_, 0.0), least_distance_m_);
       if (b.x_m - a.x_m > nearer) break;
-      if (!(a.id < b.id ? a : b).counts) continue;
       const double distance = std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
       const double gap = distance - a.radius_m - b.radius_m;
       least_distance_m_ = std::min(least_distance_m_, distance);
@@ -214,27 +216,17 @@ Watch::Watch(const ScenarioRun& run) : groups_(run.scenario().groups.size()) {
 
 void Watch::certify(const ScenarioRun& run, int group, int agents, const std::string& why) {
   Kept& kept = groups_[at(group)];
-  Rules rules = run.crowd().group(group).rules;
+  const Rules& rules = run.crowd().group(group).rules;
   const Group& described = run.scenario().groups[at(group)];
   kept.wanted = wanted_of(described, rules, kept.passes);
-  if (hears_beat(run, group)) rules.phase.leader_gain_1_s = 0.0;  // no agent leads
-  const Crowd::Rows rows = run.crowd().rows(group);
-  double off = 0.0;
-  for (const double h : run.crowd().heading_rad().subspan(at(rows.first), at(rows.count))) {
-    off = std::max(off, std::abs(math::wrap_pi(h - described.heading_rad)));
-  }
-  Certificate certificate =
-      crowd::certify(rules, agents,
-                     {.gait = run.crowd().group(group).gait,
-                      .eigenfrequency_rad_s =
-                          pace_rad_s(run.scenario(), described, run.eigenfrequency_rad_s(group)),
-                      .spread_rad_s = described.spread_rad_s,
-                      .beat_gain_1_s = described.beat_gain_1_s,
-                      .sway = run.crowd().group(group).sway,
-                      .off_path_rad = off,
-                      .step_s = run.crowd().dt_s()});
-  certificate.agents = agents;
-  kept.monitor.certify(std::move(certificate));
+  const bool came = agents > kept.monitor.certificate().agents && !why.empty();
+  kept.turned = kept.turned || kept.heading != HeadingKind::keep || came;
+  kept.heading = rules.heading.kind;
+  kept.monitor.certify(crowd::certify(run.scenario(), {.group = group,
+                                                       .rules = rules,
+                                                       .gait = run.gait(group),
+                                                       .agents = agents,
+                                                       .turned = kept.turned}));
   kept.expected.clear();
   kept.settled = {};
   if (why.empty()) return;
@@ -253,10 +245,6 @@ std::string Watch::change_of(const ScenarioRun& run, int group, int agents) cons
   }
   if (!why.empty() && !kept.expected.empty()) why += ": " + kept.expected;
   return why;
-}
-
-void Watch::disturb(const ScenarioRun& run, int group, const std::string& reason) {
-  certify(run, group, agents(group), reason);
 }
 
 void Watch::expect_change(int group, std::string reason) {
@@ -294,7 +282,8 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
     const Group& group = run.scenario().groups[at(g)];
     Kept& kept = groups_[at(g)];
     kept.order = observer_.measure(group, run.crowd().group(g).rules, members_,
-                                   hears_beat(run, g) ? std::optional(beat) : std::nullopt);
+                                   hears_beat(run, g) ? std::optional(beat) : std::nullopt,
+                                   kept.monitor.certificate().sway_m);
     measure(run, g, time_s);
     order = order && crowd::in_order(group, kept.wanted, kept.order, run.scenario().formed_m);
   }
@@ -410,8 +399,11 @@ double Watch::place_most_m() const {
 }
 
 bool Watch::broken() const {
-  return std::ranges::any_of(
-      lines(), [](const RuleLine& line) { return line.guests == 0 && line.report.broken(); });
+  return std::ranges::any_of(lines(), [](const RuleLine& line) {
+    // Headings are measured while walkers are free; the others are of the group as a whole.
+    const bool free = !line.certificate.while_free || line.rule == Rule::heading;
+    return line.guests == 0 && free && line.report.broken();
+  });
 }
 
 }  // namespace mimesis::crowd

@@ -16,7 +16,7 @@
 
 namespace mimesis::crowd {
 
-/// An agent as others see it, wherever it is moved.
+/// An agent as others see it.
 struct Observed {
   AgentId id = 0;
   int group = 0;
@@ -26,7 +26,7 @@ struct Observed {
   double heading_rad = 0.0, phase_rad = 0.0;
   double place_m = 0.0, lane_m = 0.0, radius_m = 0.25;
   Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();
-  /// Addend of its ψ̇ by avoidance; not known of agents that are moved elsewhere.
+  /// Addend of its ψ̇ by avoidance; NaN: not known.
   double avoid_rad_s = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -45,8 +45,9 @@ class Observer {
   /// @param rules   that the group has at the moment
   /// @param agents  those of the group that are coupled, by id
   /// @param beat_rad  phase of the leader if it is no agent
+  /// @param sway_m    distance from their lanes that sway takes walkers to, Certificate::sway_m
   GroupOrder measure(const Group& group, const Rules& rules, std::span<const Observed> agents,
-                     std::optional<double> beat_rad);
+                     std::optional<double> beat_rad, double sway_m = 0.0);
 
  private:
   std::vector<double> phases_, headings_;
@@ -70,14 +71,12 @@ class Closeness {
   struct Disc {
     AgentId id;
     double x_m, y_m, radius_m;
-    bool counts;  ///< false: of another coordinator
   };
 
   /// @param slack_m  discs overlap if they do so by more than this
   explicit Closeness(double slack_m = 1e-3) : slack_m_(slack_m) {}
 
-  /// Everybody at one instant, in any order. A pair is counted if the disc with the smaller id
-  /// counts, so that of several coordinators one does.
+  /// Everybody at one instant, in any order.
   void observe(std::span<const Disc> discs);
 
   double least_gap_m() const { return least_gap_m_; }  ///< between two discs, since the start
@@ -136,9 +135,6 @@ class Watch {
   /// Why the next change of a group's members will be; else they just changed.
   void expect_change(int group, std::string reason);
 
-  /// A group was disturbed: it gets a new certificate.
-  void disturb(const ScenarioRun& run, int group, const std::string& reason);
-
   std::vector<RuleLine> lines() const;
   /// The rule in force with the least guaranteed rate; one without guarantee goes before all.
   std::optional<RuleLine> weakest() const;
@@ -175,7 +171,9 @@ class Watch {
     std::string expected;
     Wanted wanted;
     bool passes = false;
-    int guests = 0;  // coupled agents from outside
+    HeadingKind heading = HeadingKind::keep;  // of the certificate
+    bool turned = false;                      // where headings point is not known
+    int guests = 0;                           // coupled agents from outside
     Settled settled;
   };
   void certify(const ScenarioRun& run, int group, int agents, const std::string& why);

@@ -4,7 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "nodes/crowd/test/coordinators.h"
+#include "common/testing/loopback.h"
+#include "nodes/crowd/crowd_node.h"
 #include "nodes/crowd/test/guests.h"
 #include "nodes/crowd/test/scenario_file.h"
 
@@ -12,6 +13,7 @@ namespace mimesis::crowd::testing {
 
 using namespace std::chrono_literals;
 using mimesis::testing::Loopback;
+using runtime::Time;
 
 /// With another group that the square may meet, and a character.
 inline const std::string kGuests = square_with_robot("guests", "0.3", R"(
@@ -20,7 +22,7 @@ inline const std::string kGuests = square_with_robot("guests", "0.3", R"(
     rules: {}
 )",
                                                      R"(
-  - {name: figure, group: square}
+  - {name: synthesizer/1, group: square}
 encounters:
   - {group: square, other: glad, to: glad, within_m: 1}
 )");
@@ -28,10 +30,9 @@ inline constexpr std::uint64_t kFigure = kRobot + 1;
 
 /// The node alone, on its own time.
 struct Alone {
-  explicit Alone(const std::string& text, double until_s = 0.0, int robot = -1)
+  explicit Alone(const std::string& text, double until_s = 0.0)
       : file(text), params(file.params()) {
     params.until_s = until_s;
-    params.robot.agent = robot;
     node = std::make_unique<CrowdNode>(params, bus);
   }
   void step() {

@@ -160,8 +160,6 @@ TEST(CrowdProcess, BadConfigurationExitsWith2AndSaysWhere) {
   };
   refused("rate_hz=0", "crowd.rate_hz");
   refused("scenario=nowhere", "nowhere");
-  refused("regions.own=3", "crowd.regions.own");
-  refused("regions.x_m=[2, 1]", "regions.x_m");
   refused("set=groups.0.rules.phase.gain_1_s=-1", "groups.0.rules.phase.gain_1_s");
   refused("set=groups.0.count=-1", "groups.0.count");
   refused("set=gaits.0.mean_m_rad=0.01", "gaits.0.mean_m_rad");

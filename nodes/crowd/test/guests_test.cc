@@ -1,4 +1,4 @@
-// Agents that other processes move, with one coordinator.
+// Agents that other processes move.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -101,23 +101,42 @@ TEST(CrowdNode, BadMessagesAreRefused) {
   EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED);
 }
 
-TEST(CrowdNode, CharactersOfTheSynthesizerTakePart) {
-  Alone crowd(kGuests);
-  const auto send = [&] {
-    const double t = std::chrono::duration<double>(crowd.now - 10s).count();
-    v1::MotionBatch batch;
-    for (const float y : {7.0F, 9.0F}) {
-      batch.add_phase_rad(static_cast<float>(math::wrap_two_pi(5.0 * t)));
-      batch.add_position_pelvis_in_world_m(static_cast<float>(1.1 * t));
-      batch.add_position_pelvis_in_world_m(y);
-      batch.add_position_pelvis_in_world_m(0.9F);
-      batch.add_heading_rad(0.0F);
-    }
-    crowd.bus.send("characters", batch, crowd.now);
-  };
+constexpr const char* kFigures = R"(
+name: figures
+until_s: 1000
+groups:
+  - name: square
+    count: 4
+    gait: walk
+    start: {columns: 2}
+    rules:
+      phase: {graph: all_to_all, gain_1_s: 0.2}
+externals:
+  - {name: left/1, group: square}
+  - {name: right, group: square}
+)";
+
+/// Characters of a synthesizer, one beside the other, that walk on.
+void send_figures(Alone& crowd, const char* node, const std::vector<float>& y_m) {
+  const double t = std::chrono::duration<double>(crowd.now - 10s).count();
+  v1::MotionBatch batch;
+  for (const float y : y_m) {
+    batch.add_phase_rad(static_cast<float>(math::wrap_two_pi(5.0 * t)));
+    batch.add_position_pelvis_in_world_m(static_cast<float>(1.1 * t));
+    batch.add_position_pelvis_in_world_m(y);
+    batch.add_position_pelvis_in_world_m(0.9F);
+    batch.add_heading_rad(0.0F);
+  }
+  crowd.bus.send("characters", batch, crowd.now, node);
+}
+
+/// By the names of their nodes: of `left` the second one, of `right` the first.
+TEST(CrowdNode, CharactersOfTwoSynthesizersTakePart) {
+  Alone crowd(kFigures);
   double way_m = 0.0, from_m = 0.0;
   while (crowd.now < 14s) {
-    send();
+    send_figures(crowd, "left", {6.0F, 7.0F});
+    send_figures(crowd, "right", {9.0F});
     crowd.step();
     if (crowd.now == 12s) from_m = crowd.states.position_in_world_m(10);
     if (crowd.now > 12s)
@@ -129,10 +148,53 @@ TEST(CrowdNode, CharactersOfTheSynthesizerTakePart) {
   EXPECT_NEAR(crowd.states.phase_rate_rad_s(5), 5.0, 0.01) << "from two messages";
   EXPECT_NEAR(way_m, 2.2, 0.05) << "it hurries with its steps as the gait of its group does";
   EXPECT_NEAR(crowd.states.position_in_world_m(10) - from_m, 2.2, 0.03);
-  EXPECT_EQ(crowd.command.gaits_size(), 2);
-  const auto wish = crowd.bus.take<v1::StyleWish>("wish");
-  ASSERT_TRUE(wish.has_value());
-  EXPECT_EQ(wish->shares(0).style(), "walk") << "as their group walks";
+  EXPECT_NEAR(crowd.states.position_in_world_m(9), 7.0, 0.01);
+  EXPECT_NEAR(crowd.states.position_in_world_m(11), 9.0, 0.01);
+  ASSERT_EQ(crowd.command.gaits_size(), 2);
+  const std::array<std::pair<const char*, unsigned>, 2> who = {{{"left", 1}, {"right", 0}}};
+  for (int i = 0; i < 2; ++i) {
+    const auto& [node, character] = who.at(static_cast<std::size_t>(i));
+    EXPECT_EQ(crowd.command.gaits(i).node(), node);
+    EXPECT_EQ(crowd.command.gaits(i).character(), character);
+    EXPECT_EQ(crowd.command.gaits(i).agent(), crowd.states.id(4 + i));
+    const auto wish = crowd.bus.take<v1::StyleWish>("wish");
+    ASSERT_TRUE(wish.has_value());
+    EXPECT_EQ(wish->node(), node);
+    EXPECT_EQ(wish->characters(0), character);
+    EXPECT_EQ(wish->shares(0).style(), "walk") << "as their group walks";
+  }
+}
+
+/// Two programs that move one agent: the first one's word counts until it has been forgotten.
+TEST(CrowdNode, WhoMovesAnAgentIsOneNode) {
+  Alone crowd(kGuests);
+  const auto says = [&](const char* node, double x_m) {
+    const double t = std::chrono::duration<double>(crowd.now - 10s).count();
+    crowd.bus.send("agents", robot_beside(t, 1.0, x_m), crowd.now, node);
+  };
+  while (crowd.now < 14s) {
+    says("cart", 0.0);
+    if (crowd.now > 12s) says("other", 0.2);
+    crowd.step();
+  }
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED);
+  EXPECT_NEAR(crowd.states.position_in_world_m(8), 1.2 * 4.0, 0.03);
+  EXPECT_EQ(crowd.status.externals(0).node(), "cart");
+  EXPECT_EQ(crowd.status.externals(0).reason(),
+            "moved by node 'cart'; what 'other' says of it is ignored");
+  v1::CrowdStates bye;
+  bye.add_leaving(kRobot);
+  crowd.bus.send("agents", bye, crowd.now, "other");  // it is not its
+  crowd.step();
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED);
+  while (crowd.now < 20s) {
+    says("other", 0.2);
+    crowd.step();
+  }
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED) << "'cart' has been silent: forgotten";
+  EXPECT_EQ(crowd.status.externals(0).node(), "other");
+  EXPECT_NEAR(crowd.states.position_in_world_m(8), 0.2 + 1.2 * 10.0, 0.03);
+  EXPECT_EQ(crowd.status.externals(0).reason(), "");
 }
 
 TEST(CrowdNode, AWishedStyleMovesAnAgentToAGroupThatWalksSo) {
@@ -170,7 +232,7 @@ groups:
       phase: {graph: all_to_all, gain_1_s: 0.3}
       heading: {kind: lane, gain: 0.25}
 externals:
-  - {name: figure, group: column, place_m: -4.5, lane_m: 0}
+  - {name: synthesizer, group: column, place_m: -4.5, lane_m: 0}
 )";
 
 /// A body whose steps are 6 % longer than asked, whose pelvis looks 3 degrees aside, and which
@@ -203,7 +265,7 @@ TEST(CrowdNode, ABodyThatDoesNotQuiteObeyTakesItsPlace) {
         static_cast<float>(y + 0.03 * std::sin(phase) * std::cos(way)));
     batch.add_position_pelvis_in_world_m(0.9F);
     batch.add_heading_rad(static_cast<float>(pelvis + 0.1 * std::cos(phase)));
-    crowd.bus.send("characters", batch, crowd.now);
+    crowd.bus.send("characters", batch, crowd.now, "synthesizer");
     same_time = crowd.states;
     crowd.step();
   }

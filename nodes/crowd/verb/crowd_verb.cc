@@ -64,9 +64,10 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   for (const auto& [name, r] : rules_of(c)) {
     if (r->guarantee == Guarantee::off) continue;
     const bool graph = r->extremes.most > 0.0;
-    table.row({name, crowd::to_string(r->guarantee), number(r->guaranteed_1_s),
-               number(r->expected_1_s), graph ? number(r->without_link_1_s) : "-",
-               graph ? number(r->extremes.least) : "-", graph ? number(r->extremes.most) : "-",
+    table.row({name, r->while_free ? "while free" : crowd::to_string(r->guarantee),
+               number(r->guaranteed_1_s), number(r->expected_1_s),
+               graph ? number(r->without_link_1_s) : "-", graph ? number(r->extremes.least) : "-",
+               graph ? number(r->extremes.most) : "-",
                r->theorem6 > 0.0 ? number(r->theorem6) : "-",
                graph && r->theorem6 > 0.0 ? limit(r->largest_agents) : "any"});
   }
@@ -118,6 +119,8 @@ Json to_json(const char* name, const RuleCertificate& r) {
       {"without_link_1_s", r.extremes.most > 0.0 ? Json(r.without_link_1_s) : Json(nullptr)},
       {"within", r.within > 0.0 ? Json(r.within) : Json(nullptr)},
       {"in_the_end", r.in_the_end},
+      {"while_free", r.while_free},
+      {"remains", std::isfinite(r.remains) ? Json(r.remains) : Json(nullptr)},
       {"overshoot", r.overshoot},
       {"connectivity", r.extremes.least},
       {"lambda_max", r.extremes.most},
@@ -166,7 +169,13 @@ bool print_certificates(const crowd::Scenario& scenario, std::ostream& out, bool
   }
   table.print(out, colour);
   const bool holds = all_hold(stages);
-  out << (holds ? "every rule in force is guaranteed\n" : "NOT every rule is guaranteed\n");
+  const bool free = std::ranges::any_of(stages, [](const Stage& s) {
+    return std::ranges::any_of(rules_of(s.certificate),
+                               [](const auto& rule) { return rule.second->while_free; });
+  });
+  out << (holds ? "every rule in force is guaranteed" : "NOT every rule is guaranteed")
+      << (free ? ", but of `while free` nothing is said while others, walls or pillars are near\n"
+               : "\n");
   return holds;
 }
 

@@ -87,6 +87,7 @@ void Characters::release(int i) {
   One& c = each_[static_cast<std::size_t>(i)];
   c.gait = {};
   c.coordinator.on = false;
+  if (c.walk.task() == WalkTask::free) c.walk.set_free(false);
 }
 
 void Characters::place(int i, const CharacterStart& start, bool walking) {

@@ -305,10 +305,13 @@ TEST(Characters, ObeyTheCoordinator) {
   run(characters, 5.0);
   EXPECT_NEAR((characters.state(0).root.position_W_m - before).norm(), 5.0 * 1.15, 0.35);
 
-  characters.release(0);  // on its own: own rhythm, own steps, same way
+  characters.release(0);
   run(characters, 3.0);
-  EXPECT_NEAR(characters.state(0).phase_rate_rad_s, 2.0 * std::numbers::pi, 0.01);
+  EXPECT_EQ(characters.walk(0).stage(), Stage::standing);
   EXPECT_NEAR(characters.state(0).root.heading_rad, 0.9, 0.1);
+  characters.set_gait(0, {6.8, 0.4, 0.9}, phase);  // it is back
+  run(characters, 3.0);
+  EXPECT_EQ(characters.walk(0).stage(), Stage::walking);
 }
 
 TEST(Characters, TheCoordinatorGoesBeforeTheBeat) {

@@ -309,8 +309,24 @@ TEST(SynthesizerNode, ObeysTheCrowdAndIsReleased) {
   rig.run(400ms);
   EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 6.8, 0.05);  // not yet stale
   rig.run(2s);
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi, 0.02);
-  EXPECT_EQ(rig.motion.action(), "walk");
+  EXPECT_EQ(rig.motion.action(), "stand");
+}
+
+/// Of two synthesizers that one coordinator leads each obeys what names it.
+TEST(SynthesizerNode, CommandsAndStylesForAnotherNodeAreNotItsOwn) {
+  Rig rig;
+  const auto led = [&](const std::string& node) {
+    v1::CrowdCommand crowd = command(0, 6.8, 0.4, 0.9);
+    crowd.mutable_gaits(0)->set_node(node);
+    for (int k = 0; k < 10; ++k) {
+      rig.bus.send("crowd", crowd, rig.now());
+      rig.run(100ms);
+    }
+    return rig.motion.action();
+  };
+  EXPECT_EQ(led("other"), "stand");
+  EXPECT_EQ(led(rig.bus.node()), "walk");
+  EXPECT_EQ(led(""), "walk");
 }
 
 TEST(SynthesizerNode, AnOldCommandDoesNotReplaceANewOne) {

@@ -175,6 +175,7 @@ TEST(Certificate, BeatLeadsAllOfThem) {
   rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.2};
   GaitRange to_music = gait();
   to_music.beat_gain_1_s = 0.25;
+  to_music.beat_rate_rad_s = to_music.eigenfrequency_rad_s;
   const Certificate c = certify(rules, 5, to_music);
   EXPECT_NEAR(c.phase.guaranteed_1_s, 0.2 * 5 + 0.25, 1e-12);
   EXPECT_NEAR(c.tracking.expected_1_s, 0.25, 1e-12);

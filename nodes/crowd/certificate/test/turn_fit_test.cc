@@ -90,7 +90,7 @@ TEST(Monitor, KeepsTurnsWhileOthersComeAndGo) {
 
 TEST(Monitor, TracksABeatByAgent) {
   Rules rules;
-  const GaitRange gait{SpeedFunction(0.2, {}, {}), 5.0, 0.0, 2.5};
+  const GaitRange gait{SpeedFunction(0.2, {}, {}), 5.0, 0.0, 2.5, 5.0};
   Monitor monitor;
   monitor.certify(certify(rules, 4, gait));
   for (int i = 0; i < 100; ++i) {

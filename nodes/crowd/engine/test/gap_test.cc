@@ -87,25 +87,5 @@ TEST(Gap, TheOneNamedFirstGoesOn) {
   }
 }
 
-TEST(Gap, TwoOfTwoCoordinatorsPass) {
-  const auto both = head_on(0.0);
-  std::vector<Crowd> crowds;
-  const Narrow gap(1.1, true);
-  for (std::size_t mine = 0; mine < 2; ++mine) {
-    crowds.emplace_back(CrowdSettings{.dt_s = 0.02}).add_group(walkers());
-    auto agents = both;
-    agents[1 - mine].role = Role::mirror;
-    crowds[mine].add(0, agents);
-    crowds[mine].set_obstacles(gap.pillars, gap.walls);
-  }
-  for (int i = 0; i < 50 * 20; ++i) {
-    for (Crowd& c : crowds) c.step();
-    ASSERT_TRUE(crowds[0].set_state(2, crowds[1].agent(1).state));
-    ASSERT_TRUE(crowds[1].set_state(1, crowds[0].agent(0).state));
-    ASSERT_GE(least_distance(crowds[0]), 0.6);
-  }
-  EXPECT_EQ(arrived(crowds[0], 0.1), 2);
-}
-
 }  // namespace
 }  // namespace mimesis::crowd

@@ -82,7 +82,7 @@ TEST(Walk, IsTheSameBitsOnThePlainestInstructionSet) {
   std::vector<Agent> agents(1000);
   for (std::size_t i = 0; i < agents.size(); ++i) {
     agents[i].id = i + 1;
-    agents[i].role = i % 7 == 0 ? Role::mirror : i % 11 == 0 ? Role::seen : Role::own;
+    agents[i].role = i % 7 == 0 ? Role::external : i % 11 == 0 ? Role::seen : Role::own;
     agents[i].state = {{9.0 * unit(random), unit(random)},
                        {unit(random), 0.3},
                        3.0 * unit(random),

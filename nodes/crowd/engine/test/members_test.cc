@@ -46,58 +46,7 @@ Rules all_rules(Topology topology) {
   return rules;
 }
 
-/// Messages between two coordinators before each step.
-void exchange(Crowd& a, Crowd& b) {
-  const GroupSums of_a = a.sums(0), of_b = b.sums(0);
-  a.set_outside(0, of_b);
-  b.set_outside(0, of_a);
-  for (Crowd* from : {&a, &b}) {
-    Crowd& to = from == &a ? b : a;
-    for (int i = 0; i < from->size(); ++i) {
-      const Agent agent = from->agent(i);
-      if (agent.role != Role::own) continue;
-      ASSERT_TRUE(to.set_state(agent.id, agent.state));
-    }
-  }
-}
-
-TEST(Members, TwoCoordinatorsMakeWhatOneMakes) {
-  for (const Topology topology : {Topology::all_to_all, Topology::ring}) {
-    Crowd one({.dt_s = 0.02}), a({.dt_s = 0.02}), b({.dt_s = 0.02});
-    for (Crowd* c : {&one, &a, &b}) c->add_group({all_rules(topology), plain_gait(), {}});
-    auto all = some_agents(36);
-    one.add(0, all);
-    auto for_a = all, for_b = all;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      (i % 5 < 2 ? for_b : for_a)[i].role = Role::mirror;
-    }
-    a.add(0, for_a);
-    b.add(0, for_b);
-    for (int step = 0; step < 1000; ++step) {
-      exchange(a, b);
-      if (step == 300) {  // agent 11 crosses the border
-        ASSERT_EQ(a.find(11)->role, Role::own);
-        ASSERT_TRUE(a.set_role(11, Role::mirror));
-        ASSERT_TRUE(b.set_role(11, Role::own));
-        exchange(a, b);
-      }
-      one.step();
-      a.step();
-      b.step();
-    }
-    double off = 0.0, turned = 0.0;
-    for (AgentId id = 1; id <= 36; ++id) {
-      const AgentState s = (a.find(id)->role == Role::own ? a : b).find(id)->state;
-      off = std::max(off, (s.position_W_m - one.find(id)->state.position_W_m).norm());
-      turned =
-          std::max(turned, std::abs(math::wrap_pi(s.phase_rad - one.find(id)->state.phase_rad)));
-    }
-    EXPECT_LT(off, 1e-5) << to_string(topology);
-    EXPECT_LT(turned, 1e-5) << to_string(topology);
-  }
-}
-
-TEST(Members, AnAgentHandedOverGoesOnAsItWas) {
+TEST(Members, AnAgentGoesOnAsItWasWhereverItIsAdded) {
   Crowd one({.dt_s = 0.02}), other({.dt_s = 0.02});
   for (Crowd* c : {&one, &other}) c->add_group({all_rules(Topology::none), plain_gait(), {}});
   const auto all = some_agents(1);
@@ -157,10 +106,8 @@ TEST(Members, TheNextLeadsWhenTheLeaderLeaves) {
   Crowd crowd({.dt_s = 0.02});
   crowd.add_group({rules, plain_gait(), {}});
   crowd.add(0, some_agents(4));
-  EXPECT_EQ(crowd.sums(0).leader, 1U);
   crowd.step();
   crowd.remove(1);
-  EXPECT_EQ(crowd.sums(0).leader, 2U);
   for (int i = 0; i < 2000; ++i) crowd.step();
   EXPECT_DOUBLE_EQ(crowd.find(2)->state.phase_rate_rad_s, 6.0);
   for (const double phi : crowd.phase_rad()) {
@@ -177,7 +124,6 @@ TEST(Members, WhoIsNotTrustedIsSeenButNotCoupled) {
   all[2].role = Role::external;
   all[2].state.phase_rate_rad_s = 5.0;
   crowd.add(0, all);
-  EXPECT_EQ(crowd.sums(0).count, 4.0);
   crowd.step();
   // The rules do not move it, but compute its command.
   EXPECT_NEAR(crowd.find(3)->state.phase_rate_rad_s, 5.0, 0.0);
@@ -185,7 +131,6 @@ TEST(Members, WhoIsNotTrustedIsSeenButNotCoupled) {
   ASSERT_TRUE(wish.has_value());
   EXPECT_GT(std::abs(wish->phase_rate_rad_s - 6.0), 1e-3);
   ASSERT_TRUE(crowd.set_role(3, Role::seen));
-  EXPECT_EQ(crowd.sums(0).count, 3.0);
   for (int i = 0; i < 1000; ++i) crowd.step();
   EXPECT_NEAR(crowd.find(1)->state.phase_rate_rad_s, 6.0, 1e-4);  // 5 rad/s has no pull
   EXPECT_FALSE(crowd.set_role(77, Role::own));
@@ -243,21 +188,6 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
   EXPECT_FALSE(crowd.set_state(99, {}));
   const Pillar pillar{{0.0, 0.0}, 1e9};
   EXPECT_THROW(crowd.set_obstacles(std::span(&pillar, 1), {}), ConfigError);
-}
-
-TEST(Members, GhostsAreCountedOnce) {
-  Crowd crowd({.dt_s = 0.011});
-  Rules rules;
-  rules.phase = {{Topology::all_to_all}, 1.0};
-  crowd.add_group({rules, plain_gait(), {}});
-  crowd.set_outside(0, {.count = 25.0});
-  auto all = some_agents(40);
-  for (std::size_t i = 20; i < all.size(); ++i) all[i].role = Role::ghost;  // of those 25
-  EXPECT_NO_THROW(crowd.add(0, all));                                       // k N dt = .495
-  rules.phase.gain_1_s = 1.1;
-  EXPECT_NO_THROW(crowd.set_rules(0, rules));
-  rules.phase.gain_1_s = 1.12;
-  EXPECT_THROW(crowd.set_rules(0, rules), ConfigError);
 }
 
 TEST(Members, NobodyAndOneAreCrowdsToo) {

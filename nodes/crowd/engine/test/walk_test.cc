@@ -121,7 +121,7 @@ TEST(Walk, ARhythmFromOutsideLeads) {
   crowd.add_group(group(phase_rules(Topology::all_to_all, 0.1, 0.5)));
   crowd.add(0, agents(5, 3, 3.0, 0.0));
   for (int i = 0; i < 2000; ++i) {
-    crowd.set_outside(0, {.leader = 0, .leader_phase_rad = 6.0 * crowd.time_s() + 1.0});
+    crowd.set_beat(0, 6.0 * crowd.time_s() + 1.0);
     crowd.step();
   }
   for (const double phi : crowd.phase_rad()) {
@@ -304,8 +304,7 @@ TEST(Walk, ALeaderSomeTurnsAwayLeadsAsOneInTheSameTurn) {
   for (int i = 0; i < 500; ++i) {
     for (int k = 0; k < 2; ++k) {
       Crowd& c = crowds[std::size_t(k)];
-      c.set_outside(
-          0, {.leader = 0, .leader_phase_rad = 6.0 * c.time_s() + 1.0 - 3 * k * math::kTwoPi});
+      c.set_beat(0, 6.0 * c.time_s() + 1.0 - 3 * k * math::kTwoPi);
       c.step();
     }
   }

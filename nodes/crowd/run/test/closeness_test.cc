@@ -13,20 +13,17 @@ using Discs = std::vector<Closeness::Disc>;
 
 TEST(Closeness, TellsGapAndDistance) {
   Closeness near;
-  near.observe(
-      Discs{{1, 0.0, 0.0, 0.3, true}, {2, 3.0, 4.0, 0.5, true}, {3, 90.0, 0.0, 9.0, true}});
+  near.observe(Discs{{1, 0.0, 0.0, 0.3}, {2, 3.0, 4.0, 0.5}, {3, 90.0, 0.0, 9.0}});
   EXPECT_DOUBLE_EQ(near.least_distance_m(), 5.0);
   EXPECT_DOUBLE_EQ(near.least_gap_m(), 4.2);
   EXPECT_EQ(near.collisions(), 0u);
-  near.observe(Discs{{1, 0.0, 0.0, 0.3, true}, {2, 30.0, 4.0, 0.5, true}});
+  near.observe(Discs{{1, 0.0, 0.0, 0.3}, {2, 30.0, 4.0, 0.5}});
   EXPECT_DOUBLE_EQ(near.least_gap_m(), 4.2) << "since the start";
 }
 
 TEST(Closeness, CountsOverlapsThatBegin) {
   Closeness near;
-  const auto at = [&](double x) {
-    near.observe(Discs{{7, x, 0.0, 0.25, true}, {4, 0.0, 0.0, 0.25, true}});
-  };
+  const auto at = [&](double x) { near.observe(Discs{{7, x, 0.0, 0.25}, {4, 0.0, 0.0, 0.25}}); };
   at(0.6), at(0.49), at(0.3), at(0.45);
   EXPECT_EQ(near.collisions(), 1u) << "one that lasts";
   ASSERT_EQ(near.overlapping().size(), 1u);
@@ -38,15 +35,8 @@ TEST(Closeness, CountsOverlapsThatBegin) {
 
 TEST(Closeness, ATouchIsNoOverlap) {
   Closeness near;
-  near.observe(Discs{{1, 0.0, 0.0, 0.25, true}, {2, 0.4995, 0.0, 0.25, true}});
+  near.observe(Discs{{1, 0.0, 0.0, 0.25}, {2, 0.4995, 0.0, 0.25}});
   EXPECT_EQ(near.collisions(), 0u);
-}
-
-TEST(Closeness, OfSeveralCoordinatorsOneCountsAPair) {
-  Closeness left, right;
-  left.observe(Discs{{1, 0.0, 0.0, 0.3, true}, {2, 0.1, 0.0, 0.3, false}});
-  right.observe(Discs{{1, 0.0, 0.0, 0.3, false}, {2, 0.1, 0.0, 0.3, true}});
-  EXPECT_EQ(left.collisions() + right.collisions(), 1u);
 }
 
 TEST(Closeness, FindsWhatAllPairsHave) {
@@ -58,7 +48,7 @@ TEST(Closeness, FindsWhatAllPairsHave) {
   for (int round = 0; round < 20; ++round) {
     Discs discs;
     for (AgentId id = 1; id <= 200; ++id) {
-      discs.push_back({id, place(engine), place(engine), radius(engine), true});
+      discs.push_back({id, place(engine), place(engine), radius(engine)});
     }
     overlaps = 0;
     for (std::size_t i = 0; i < discs.size(); ++i) {
@@ -83,7 +73,7 @@ TEST(Closeness, DoesNotAllocateOnceItHasRun) {
   Discs discs;
   for (AgentId id = 1; id <= 500; ++id) {
     discs.push_back({id, std::fmod(7.1 * static_cast<double>(id), 20.0),
-                     std::fmod(3.3 * static_cast<double>(id), 20.0), 0.3, true});
+                     std::fmod(3.3 * static_cast<double>(id), 20.0), 0.3});
   }
   near.observe(discs);
   near.observe(discs);

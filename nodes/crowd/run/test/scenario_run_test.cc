@@ -50,28 +50,6 @@ TEST(ScenarioRun, RefusesAScenarioThatHasFaults) {
   EXPECT_NE(refused.find("groups.0.gait"), std::string::npos) << refused;
 }
 
-TEST(ScenarioRun, OneCoordinatorHasTheAgentsOfItsPart) {
-  const Scenario s = scenario({group("a", 16)});
-  const auto left = [](const Eigen::Vector2d& p) { return p.y() > 0.0; };
-  const ScenarioRun all(s), upper(s, left),
-      lower(s, [&](const Eigen::Vector2d&p) { return !left(p); });
-  EXPECT_EQ(all.crowd().size(), 16);
-  EXPECT_EQ(upper.crowd().size() + lower.crowd().size(), 16);
-  EXPECT_GT(upper.crowd().size(), 0);
-  EXPECT_GT(lower.crowd().size(), 0);
-}
-
-TEST(ScenarioRun, OfAGroupAlongAGraphEveryCoordinatorHasAll) {
-  const Scenario s = scenario({squad("a", 9, Topology::chain)});
-  const ScenarioRun some(s, [](const Eigen::Vector2d& p) { return p.y() > 0.0; });
-  EXPECT_TRUE(some.whole(0));
-  EXPECT_EQ(some.crowd().size(), 9);
-  int mirrors = 0;
-  for (const Role role : some.crowd().roles()) mirrors += role == Role::mirror;
-  EXPECT_GT(mirrors, 0);
-  EXPECT_LT(mirrors, 9);
-}
-
 TEST(ScenarioRun, TheScheduleChangesRulesAndGaitsAtItsTime) {
   Scenario s = scenario({group("a", 3)});
   s.groups[0].spread_rad_s = 0.5;
@@ -214,29 +192,6 @@ TEST(ScenarioRun, AWishedGaitMovesAgentsToAGroupThatWalksSo) {
   EXPECT_EQ(run.wish_gait({}, "sad"), "'sad' is none of the scenario's gaits: neutral, happy");
   const AgentId nobody[] = {99};
   EXPECT_EQ(run.wish_gait(nobody, "happy"), "there is no agent 99");
-}
-
-/// Up to rounding: phases of a group are lifted by turns whenever its members change.
-TEST(ScenarioRun, HandedOverAnAgentGoesOnAsItWas) {
-  Scenario s = scenario({group("a", 3)});
-  s.groups[0].rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.3};
-  ScenarioRun whole(s), giver(s);
-  ScenarioRun taker(s, [](const Eigen::Vector2d&) { return false; });
-  steps(whole, 2.0);
-  steps(giver, 2.0);
-  for (AgentId id = 1; id <= 3; ++id) {
-    const auto traveller = giver.release(id);
-    ASSERT_TRUE(traveller.has_value());
-    taker.admit(*traveller);
-    EXPECT_FALSE(giver.release(id).has_value()) << "it is not ours any more";
-  }
-  steps(whole, 2.0);
-  steps(taker, 2.0);
-  for (AgentId id = 1; id <= 3; ++id) {
-    const Agent a = agent_of(whole, id), b = agent_of(taker, id);
-    EXPECT_LT((a.state.position_W_m - b.state.position_W_m).norm(), 1e-13) << id;
-    EXPECT_NEAR(a.state.phase_rate_rad_s, b.state.phase_rate_rad_s, 1e-13) << id;
-  }
 }
 
 TEST(ScenarioRun, RunsAreEqual) {

@@ -105,6 +105,99 @@ TEST_F(Crowd, EveryScenarioIsGuaranteed) {
   EXPECT_GE(count, 6);
 }
 
+/// Every scenario of ours, with gaits that sway as those of our model do.
+TEST_F(Crowd, EveryScenarioIsGuaranteedWithTheSwayOfAMeasuredGait) {
+  ASSERT_EQ(run({"gait", "walk.motion.json", "--style", "walk", "--json"}), 0) << errors_;
+  const json gait = json::parse(output_)["gaits"][0];
+  for (const auto& entry : fs::directory_iterator(kScenarios)) {
+    if (entry.path().extension() != ".yaml") continue;
+    std::vector<std::string> words{"certify", entry.path().string(), "--json"};
+    std::ifstream text(entry.path());
+    int gaits = 0;
+    for (std::string line; std::getline(text, line);) {
+      gaits += line.find("eigenfrequency_rad_s") != std::string::npos ? 1 : 0;
+    }
+    ASSERT_GT(gaits, 0);
+    for (int i = 0; i < gaits; ++i) {
+      for (const char* key : {"sway_cosine", "sway_sine"}) {
+        words.insert(words.end(),
+                     {"--set", "gaits." + std::to_string(i) + "." + key + "=" + gait[key].dump()});
+      }
+    }
+    EXPECT_EQ(run(words), 0) << entry.path() << ": " << errors_ << output_;
+  }
+}
+
+const std::string kUneven = R"(gaits: [{name: walk, eigenfrequency_rad_s: 5.5, mean_m_rad: 0.2}]
+groups:
+  - name: g
+    count: 8
+    gait: walk
+    spread_rad_s: 0.2
+    start: {arrangement: grid, columns: 2}
+    rules:
+      phase: {graph: all_to_all, gain_1_s: 0.4, leader_gain_1_s: 0.03}
+)";
+
+/// The others agree with each other, and slip past a leader whose pace is not theirs; a gain that
+/// holds them says how far they lock beside it.
+TEST_F(Crowd, SaysWhatALeaderOfAnotherPaceHolds) {
+  const auto leader = [&] { return json::parse(output_)["stages"][0]["rules"][1]; };
+  EXPECT_EQ(run({"certify", written(kUneven), "--json"}), 1);
+  EXPECT_EQ(leader()["rule"], "III leader");
+  EXPECT_EQ(leader()["guarantee"], "none");
+  std::string held = kUneven;
+  held.replace(held.find("leader_gain_1_s: 0.03"), 21, "leader_gain_1_s: 2.0");
+  EXPECT_EQ(run({"certify", written(held), "--json"}), 0) << output_;
+  const double root = 0.2087;  // e cos e = 0.4/2.0
+  EXPECT_GE(leader()["remains"].get<double>(), root);
+  EXPECT_LE(leader()["remains"].get<double>(), 1.15 * root);
+  held.replace(held.find("leader_gain_1_s: 2.0"), 20, "leader_gain_1_s: 0.0");
+  held.replace(held.find("    rules:"), 10, "    beat_gain_1_s: 0.5\n    rules:");
+  for (const auto& [rate, code] : {std::pair("5.4", 0), std::pair("5.9", 1)}) {
+    EXPECT_EQ(run({"certify", written(held + "beat: {rate_rad_s: " + rate + "}\n"), "--json"}),
+              code)
+        << output_;
+  }
+}
+
+/// Headings of an earlier stage are kept where they point; walls hold up who avoids them.
+TEST_F(Crowd, SaysWhereDistancesAreNotKept) {
+  const std::string turned = R"(gaits: [{name: walk, eigenfrequency_rad_s: 5.5, mean_m_rad: 0.2}]
+groups:
+  - name: g
+    count: 5
+    gait: walk
+    start: {arrangement: row, across_m: 3}
+    formation: {shape: row, across_m: 3}
+    goals: {aim: places, position_m: [-50, 0]}
+    rules: {heading: {kind: goal, gain: 1}}
+schedule:
+  - {at_s: 9, group: g, rules: {length: {graph: all_to_all, gain_1_m: 0.1}}}
+)";
+  EXPECT_EQ(run({"certify", written(turned), "--json"}), 1);
+  EXPECT_EQ(json::parse(output_)["stages"][1]["rules"][0]["guarantee"], "none");
+  const std::string walled = R"(gaits: [{name: walk, eigenfrequency_rad_s: 5.5, mean_m_rad: 0.2}]
+groups:
+  - name: g
+    count: 5
+    gait: walk
+    formation: {shape: row}
+    rules:
+      length: {graph: all_to_all, gain_1_m: 0.1}
+      phase: {graph: all_to_all, gain_1_s: 0.1}
+      heading: {kind: lane, gain: 0.6, ahead_m: 2, avoid: true}
+walls: [{from_x_m: 9, from_y_m: 0, to_x_m: 9, to_y_m: 6}]
+)";
+  EXPECT_EQ(run({"certify", written(walled)}), 0);
+  EXPECT_NE(output_.find("nothing is said while others, walls or pillars are near"),
+            std::string::npos);
+  EXPECT_EQ(run({"certify", written(walled), "--json"}), 0);
+  for (const json& rule : json::parse(output_)["stages"][0]["rules"]) {
+    EXPECT_EQ(rule["while_free"], rule["rule"] != "III phase");
+  }
+}
+
 TEST_F(Crowd, GaitOfAModelIsAScenariosGait) {
   ASSERT_EQ(run({"gait", "walk.motion.json"}), 0) << errors_;
   const std::string gaits = output_;
