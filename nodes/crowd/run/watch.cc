@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -13,6 +14,7 @@ namespace mimesis::crowd {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// @param sway_m  how far sway takes walkers from their lanes; negative: lanes do not count
 void measure_places(const Group& group, double sway_m, std::span<const Observed> agents,
@@ -149,31 +151,68 @@ bool in_order(const Group& group, const Wanted& wanted, const GroupOrder& order,
 }
 
 void Closeness::observe(std::span<const Disc> discs) {
-  sorted_.assign(discs.begin(), discs.end());
-  std::ranges::sort(sorted_, {}, [](const Disc& d) { return std::pair(d.x_m, d.id); });
-  double widest = 0.0;
-  for (const Disc& d : sorted_) widest = std::max(widest, d.radius_m);
   before_.swap(overlapping_);
-  overlapping_.clear();
-  for (std::size_t i = 0; i < sorted_.size(); ++i) {
-    const Disc& a = sorted_[i];
-    for (std::size_t j = i + 1; j < sorted_.size(); ++j) {
-      const Disc& b = sorted_[j];
-      // The nearest pair so far bounds how far along x a nearer one can be.
-      const double nearer =
-          std::max(a.radius_m + widest + std::max(least_gap_m_, 0.0), least_distance_m_);
-      if (b.x_m - a.x_m > nearer) break;
-      const double distance = std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
-      const double gap = distance - a.radius_m - b.radius_m;
-      least_distance_m_ = std::min(least_distance_m_, distance);
-      least_gap_m_ = std::min(least_gap_m_, gap);
-      if (gap < -slack_m_) overlapping_.emplace_back(std::min(a.id, b.id), std::max(a.id, b.id));
-    }
+  double widest = 0.0, least_x = kInf, most_x = -kInf, least_y = kInf, most_y = -kInf;
+  for (const Disc& d : discs) {
+    widest = std::max(widest, d.radius_m);
+    least_x = std::min(least_x, d.x_m), most_x = std::max(most_x, d.x_m);
+    least_y = std::min(least_y, d.y_m), most_y = std::max(most_y, d.y_m);
+  }
+  // The nearest pair so far bounds how far apart a nearer one can be; at first a guess does, by
+  // their density.
+  const double across = discs.size() > 1 ? std::hypot(most_x - least_x, most_y - least_y) : 0.0;
+  const double size = static_cast<double>(std::max<std::size_t>(discs.size(), 1));
+  double reach = std::max(3.0 * widest + 0.1, 2.0 * across / std::sqrt(size));
+  for (;;) {
+    const double nearer = std::max(2.0 * widest + std::max(least_gap_m_, 0.0), least_distance_m_);
+    reach = std::min(reach, nearer * (1.0 + 1e-12));
+    look(discs, std::max(reach, 1e-6));
+    const double now = std::max(2.0 * widest + std::max(least_gap_m_, 0.0), least_distance_m_);
+    if (reach >= now || reach > across) break;  // nobody nearer is farther away than was looked
+    reach *= 2.0;
   }
   std::ranges::sort(overlapping_);
   for (const auto& pair : overlapping_) {
     collisions_ += std::ranges::binary_search(before_, pair) ? 0 : 1;
   }
+}
+
+/// All pairs that are within a distance, in cells as wide as that: lists in a hash table.
+void Closeness::look(std::span<const Disc> discs, double reach_m) {
+  constexpr std::int32_t kNone = -1;
+  overlapping_.clear();
+  cells_.resize(discs.size());
+  next_.resize(discs.size());
+  first_.assign(std::bit_ceil(discs.size() + 1), kNone);
+  const auto cell_at = [&](double x) { return static_cast<std::int64_t>(std::floor(x / reach_m)); };
+  const auto slot = [&](std::int64_t x, std::int64_t y) {
+    const auto mixed = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15U ^
+                       static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FU;
+    return static_cast<std::size_t>((mixed ^ mixed >> 29U) & (first_.size() - 1));
+  };
+  for (std::size_t i = 0; i < discs.size(); ++i) {
+    const Disc& a = discs[i];
+    const auto [cx, cy] = cells_[i] = {cell_at(a.x_m), cell_at(a.y_m)};
+    for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+      for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+        for (std::int32_t k = first_[slot(x, y)]; k != kNone;
+             k = next_[static_cast<std::size_t>(k)]) {
+          const auto j = static_cast<std::size_t>(k);
+          if (cells_[j].first == x && cells_[j].second == y) meet(a, discs[j]);
+        }
+      }
+    }
+    std::int32_t& first = first_[slot(cx, cy)];
+    next_[i] = std::exchange(first, static_cast<std::int32_t>(i));
+  }
+}
+
+void Closeness::meet(const Disc& a, const Disc& b) {
+  const double distance = std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
+  const double gap = distance - a.radius_m - b.radius_m;
+  least_distance_m_ = std::min(least_distance_m_, distance);
+  least_gap_m_ = std::min(least_gap_m_, gap);
+  if (gap < -slack_m_) overlapping_.emplace_back(std::min(a.id, b.id), std::max(a.id, b.id));
 }
 
 double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,

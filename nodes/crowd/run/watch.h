@@ -65,7 +65,7 @@ inline constexpr double kInOrder_rad = 0.02;
 bool in_order(const Group& group, const Wanted& wanted, const GroupOrder& order, double formed_m);
 
 /// Discs of agents in the plane: how near they came to each other, and how often two began to
-/// overlap. By a sweep along x: O(N log N), O(N) once sorted, for crowds that are not one column.
+/// overlap. O(N) where most are farther apart than the nearest two.
 class Closeness {
  public:
   struct Disc {
@@ -87,11 +87,15 @@ class Closeness {
   std::span<const std::pair<AgentId, AgentId>> overlapping() const { return overlapping_; }
 
  private:
+  void look(std::span<const Disc> discs, double reach_m);
+  void meet(const Disc& a, const Disc& b);
+
   double slack_m_;
   double least_gap_m_ = std::numeric_limits<double>::infinity();
   double least_distance_m_ = std::numeric_limits<double>::infinity();
   std::uint64_t collisions_ = 0;
-  std::vector<Disc> sorted_;
+  std::vector<std::pair<std::int64_t, std::int64_t>> cells_;  // by disc, as the lists
+  std::vector<std::int32_t> first_, next_;
   std::vector<std::pair<AgentId, AgentId>> overlapping_, before_;
 };
 
