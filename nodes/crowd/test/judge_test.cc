@@ -408,6 +408,8 @@ Judged judge(unsigned seed, bool talk) {
                         [&] { return two ? apart(spacing(self)) : phases_from_twin(); },
                         [&] {
                           if (!two && !in_time()) return false;
+                          // Who is beside its lane loses way, and so ends in another motion.
+                          if (!two && off_lane() > 1e-5) return false;
                           return c.frequency.in_the_end ||
                                  (sums_within(r.frequency.graph, c.frequency.within, 1) &&
                                   phases_within());
@@ -430,7 +432,8 @@ Judged judge(unsigned seed, bool talk) {
                                      : sums_within(r.length.graph, c.length.within, 2);
                         }});
   }
-  if (sure(c.heading)) {
+  if (sure(c.heading) &&
+      c.heading.remains == 0.0) {  // else it ends swaying: printed_equations_test
     const auto error = [&] {
       if (r.heading.kind == HeadingKind::lane) return off_lane();
       double most = 0.0;
