@@ -7,7 +7,7 @@ Shares no code with the synthesizer: it reads joint angles and the pelvis from t
 model file, and the clips that the model was learned from (BVH, in FOLDER). Of every character it measures
 - the smallest flexion of the knees about their own axis, y of the thigh: below zero a knee bends backward,
 - the largest speed of each joint, relative to the same joint (left or right) in the learned cycle of the style,
-- the height of the lower end of a foot that rests: slower than 0.1 m/s for 60 ms it is a foot that stands, and its sole
+- the height of the lower end of a foot that rests: slower than 0.1 m/s for 0.1 s it is a foot that stands, and its sole
   is on the ground; and how far any point of a sole is below the ground,
 - the largest acceleration of the pelvis at 30 Hz: second difference of its place every 1/30 s,
 - the slide of the toes: their mean speed while they are less than 2.5 cm above the ground, weighted by 2 - 2^(h/2.5 cm).
@@ -28,8 +28,8 @@ JOINTS = ("root", "lhip", "lknee", "lank", "rhip", "rknee", "rank", "spine", "ch
           "rsho", "relb", "rwri")
 LEGS = (("left", "lhip", "lknee", "lank"), ("right", "rhip", "rknee", "rank"))
 GRAPH_HZ = 30.0  # rate at which accelerations are compared
-REST_M_S, REST_S = 0.1, 0.06
-SKATE_M = 0.025
+REST_M_S, REST_S = 0.1, 0.1
+SKATE_M, MOVES_M_S = 0.025, 0.1
 GOALS = {"flexion_deg": -2.0, "speed_ratio": 1.3, "sole_mm": 2.0, "acceleration_ratio": 1.3, "slide_ratio": 1.0}
 
 
@@ -168,13 +168,13 @@ def accelerations(points, rate_hz):
             for p, q, r in zip(points, points[1:], points[2:])]
 
 
-def slide_m_s(times_s, toes):
-    """Weighted mean speed of low toes; `toes`: paths, heights above the ground."""
+def slide_m_s(times_s, pelvis, toes):
+    """Weighted mean speed of low toes while the pelvis moves; `toes`: paths, heights above the ground."""
     path = weight = 0.0
     for toe in toes:
         for k in range(1, len(toe)):
             h = max(0.0, toe[k][2])
-            if h >= SKATE_M:
+            if h >= SKATE_M or math.dist(pelvis[k], pelvis[k - 1]) < MOVES_M_S * (times_s[k] - times_s[k - 1]):
                 continue
             share, step_s = 2.0 - 2.0 ** (h / SKATE_M), times_s[k] - times_s[k - 1]
             path += share * math.hypot(toe[k][0] - toe[k - 1][0], toe[k][1] - toe[k - 1][1])
@@ -188,7 +188,7 @@ def resting(times_s, feet):
     for k in range(1, len(times_s)):
         step_s = times_s[k] - times_s[k - 1]
         low = 0 if feet[k][0][2] <= feet[k][1][2] else 1
-        speed.append(math.dist(feet[k][low][:2], feet[k - 1][low][:2]) / step_s)
+        speed.append(math.dist(feet[k][low], feet[k - 1][low]) / step_s)
     found, first = [], None
     for k in range(len(times_s) + 1):
         if k < len(times_s) and speed[k] < REST_M_S:
@@ -260,7 +260,8 @@ class Recording:
         """Of the frames that were learned: at the ends of a clip markers are lost."""
         frames = slice(first, last + 1)
         found = accelerations(resampled(self.times[frames], self.pelvis[frames], GRAPH_HZ), GRAPH_HZ)
-        return {"acceleration_m_s2": max(found), "slide_m_s": slide_m_s(self.times[frames], [toe[frames] for toe in self.toes])}
+        return {"acceleration_m_s2": max(found), "slide_m_s": slide_m_s(self.times[frames], self.pelvis[frames],
+                                       [toe[frames] for toe in self.toes])}
 
 
 # ---- logs
@@ -320,7 +321,7 @@ def judged(model, course):
     worst["sole_mm"] = 1e3 * float_m
     worst["below_mm"] = -1e3 * min(0.0, min(p[2] for points in soles for p in points))
     worst["acceleration_m_s2"] = max(accelerations(resampled(t, course.pelvis, GRAPH_HZ), GRAPH_HZ), default=0.0)
-    worst["slide_m_s"] = slide_m_s(t, [[points[f] for points in soles] for f in (1, 3)])
+    worst["slide_m_s"] = slide_m_s(t, course.pelvis, [[points[f] for points in soles] for f in (1, 3)])
     return worst
 
 
