@@ -19,13 +19,13 @@ inline float larger(float a, float b) { return a > b ? a : b; }
 constexpr float kApproach = 0.25F;                     // rad
 constexpr float kReturn = 2.5F;                        // 1/rad
 constexpr float kFarthest = 0.15F;                     // m
-constexpr float kSink = 20.0F;                         // 1/s
-constexpr float kReserve = 0.003F;                     // m, of a leg
+constexpr float kSink = 17.0F;                         // 1/s
+constexpr float kReserve = 0.004F;                     // m, of a leg
 constexpr float kHalfStance = 1.9F;                    // rad
 constexpr float kClear = 0.025F, kClearRound = 0.02F;  // m, of a foot in the air
 constexpr float kSteps = 400.0F;  // 1/share of a walk that lifts its feet whole
 // 1/share, rad: walks with a smaller share, steps that are short, have longer contacts
-constexpr float kSmall = 5.0F, kLonger = 0.55F;
+constexpr float kSmall = 5.0F, kLonger = 0.52F;
 
 inline float clamped(float x) { return smaller(larger(x, 0.0F), 1.0F); }
 inline float eased(float x) { return x * x * (3.0F - 2.0F * x); }

@@ -148,11 +148,12 @@ class Judge {
 struct Figures {
   double flexion_deg = 90.0, speed_ratio = 0.0, sole_m = 0.0, acceleration_m_s2 = 0.0,
          slide_m_s = 0.0;
-  int reached = 0;
+  int reached = 0, missed = 0;  ///< goals
 };
 
 /// Goals all around, 0.2 to 6 m away; by a low-discrepancy sequence.
-Figures walks(const motion::MotionModel& model, const std::string& style, int goals) {
+Figures walks(const motion::MotionModel& model, const Recorded& recorded, int goals) {
+  const std::string style = recorded.style;
   const std::vector<CharacterStart> starts(static_cast<std::size_t>(goals));
   Characters characters(model, starts, {.walk = {.dt_s = kBodyDt}, .style = style});
   const std::array<double, 6> learned = learned_speeds(model, style);
@@ -179,6 +180,11 @@ Figures walks(const motion::MotionModel& model, const std::string& style, int go
     worst.sole_m = std::max(worst.sole_m, j.sole_m);
     worst.acceleration_m_s2 = std::max(worst.acceleration_m_s2, j.acceleration_m_s2);
     worst.slide_m_s = std::max(worst.slide_m_s, j.slide_m_s());
+    worst.missed += j.flexion_deg < -2.0 || j.speed_ratio > 1.3 || j.sole_m > 0.002 ||
+                            j.acceleration_m_s2 > 1.3 * recorded.acceleration_m_s2 ||
+                            j.slide_m_s() > recorded.slide_m_s
+                        ? 1
+                        : 0;
     worst.reached += characters.walk(i).reached() ? 1 : 0;
   }
   return worst;
@@ -190,18 +196,19 @@ TEST(Body, KeepsItsKneesJointsSolesAndPelvisOnEveryWay) {
   const char* many = std::getenv("MIMESIS_GOALS");
   const int goals = many != nullptr ? std::atoi(many) : 24;
   for (const Recorded& recorded : kRecorded) {
-    const Figures is = walks(model, recorded.style, goals);
+    const Figures is = walks(model, recorded, goals);
     std::printf(
         "%s, %d goals: flexion %.1f deg, joints %.2f times the learned speed, soles %.1f mm, "
-        "pelvis %.1f m/s2, toes %.1f cm/s\n",
+        "pelvis %.1f m/s2, toes %.1f cm/s; %d miss one of these\n",
         recorded.style, goals, is.flexion_deg, is.speed_ratio, 1e3 * is.sole_m,
-        is.acceleration_m_s2, 1e2 * is.slide_m_s);
+        is.acceleration_m_s2, 1e2 * is.slide_m_s, is.missed);
     EXPECT_EQ(is.reached, goals) << recorded.style;
     EXPECT_GT(is.flexion_deg, -2.0) << recorded.style;
     EXPECT_LT(is.speed_ratio, 1.3) << recorded.style;
-    EXPECT_LT(is.sole_m, 0.002) << recorded.style;
+    EXPECT_LE(is.missed, goals / 50) << recorded.style;  // of many goals, by little
+    EXPECT_LT(is.sole_m, 0.003) << recorded.style;
     EXPECT_LT(is.acceleration_m_s2, 1.3 * recorded.acceleration_m_s2) << recorded.style;
-    EXPECT_LT(is.slide_m_s, recorded.slide_m_s) << recorded.style;
+    EXPECT_LT(is.slide_m_s, 1.2 * recorded.slide_m_s) << recorded.style;
   }
 }
 
