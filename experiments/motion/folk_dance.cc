@@ -243,14 +243,7 @@ void FolkDance::turn(int i, Dancer& d) {
   const double by_steps = (d.happy * happy_.turn_rad + (1.0 - d.happy - curve) * normal_.turn_rad +
                            curve * curved.turn_rad) /
                           cycle_s;
-  const double angle = (d.turn_rad_s - by_steps) * settings_.dt_s;
-  const Eigen::Vector3d heel = batch_.heel_W_m(i, root.support),
-                        toe = batch_.toe_W_m(i, root.support);
-  const Eigen::Vector2d foot = (heel.z() < toe.z() ? heel : toe).head<2>();
-  const Eigen::Vector2d arm = root.position_W_m - foot;
-  const double c = std::cos(angle), s = std::sin(angle);
-  batch_.set_root(i, foot + Eigen::Vector2d(c * arm.x() - s * arm.y(), s * arm.x() + c * arm.y()),
-                  root.heading_rad + angle);
+  batch_.set_turn(i, d.turn_rad_s - by_steps);
 }
 
 /// @param curve  share of the curved steps, + to the left

@@ -71,25 +71,37 @@ std::vector<int> body_rows(const motion::MotionModel& model) {
 }  // namespace
 
 GroundedFigure::GroundedFigure(const motion::MotionModel& model)
-    : lanes_(model.body), body_row_(body_rows(model)) {
+    : body_(model.body), body_row_(body_rows(model)) {
   angles_.setZero();
 }
 
-void GroundedFigure::step(const Eigen::VectorXd& angles_rad, double dt_s) {
-  alignas(64) Lane lane[mocap::kBodyRows] = {};
+void GroundedFigure::step(const Eigen::VectorXd& angles_rad, double /*dt_s*/) {
   for (std::size_t r = 0; r < body_row_.size(); ++r) {
     angles_[body_row_[r]] = angles_rad[static_cast<Eigen::Index>(r)];
   }
-  for (int r = 0; r < mocap::kBodyRows; ++r) {
-    std::fill_n(lane[r], kLanes, static_cast<float>(angles_[r]));
+  const mocap::BodyPose pose = mocap::forward_kinematics(
+      body_, std::span<const double, mocap::kBodyRows>(angles_.data(), mocap::kBodyRows),
+      Eigen::Vector3d::Zero());
+  Eigen::Matrix<double, 3, 4> now;
+  for (const std::size_t side : {0U, 1U}) {
+    const int ankle = side == mocap::kLeft ? mocap::kLeftAnkle : mocap::kRightAnkle;
+    now.col(2 * static_cast<int>(side)) = pose.point(ankle, body_.heel_m[side]);
+    now.col(2 * static_cast<int>(side) + 1) = pose.point(ankle, body_.toe_m[side]);
   }
-  RotationLanes rotation;
-  PointLanes point;
-  posture(lanes_, lane, rotation, point);
-  root_motion(point, static_cast<float>(dt_s), root_);
-  position_ += Eigen::Rotation2Dd(heading_) *
-               Eigen::Vector2d(static_cast<double>(root_.dx[0]), static_cast<double>(root_.dy[0]));
-  heading_ += static_cast<double>(root_.turn[0]);
+  const double left = now.row(2).head(2).minCoeff(), right = now.row(2).tail(2).minCoeff();
+  if (std::abs(left - right) > 0.005) support_ = left < right ? mocap::kLeft : mocap::kRight;
+  if (feet_) {
+    const int heel = 2 * support_;
+    const Eigen::Vector2d a = feet_->col(heel + 1) - feet_->col(heel),
+                          b = (now.col(heel + 1) - now.col(heel)).head<2>();
+    const double turn = std::atan2(b.x() * a.y() - b.y() * a.x(), a.dot(b));
+    const int lower = now(2, heel) < now(2, heel + 1) ? heel : heel + 1;
+    const Eigen::Vector2d moved =
+        feet_->col(lower) - Eigen::Rotation2Dd(turn) * now.col(lower).head<2>();
+    position_ += Eigen::Rotation2Dd(heading_) * moved;
+    heading_ += turn;
+  }
+  feet_ = now.topRows<2>();
 }
 
 namespace {

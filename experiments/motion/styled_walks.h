@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,8 +30,8 @@ RecordedWalks recorded_walks(const std::vector<std::string>& clips);
 /// Report of a figure that cannot be made without this clip: one row that fails.
 reproduce::Report report_absent(const std::string& clip);
 
-/// One figure whose angles come from anywhere, on the ground: root motion from its standing foot
-/// (root_motion.h) without foot lock.
+/// One figure whose angles come from anywhere, on the ground: the pelvis moves and turns so that
+/// the lower foot rests [M18 3.5]. It changes when the other is lower by 5 mm.
 class GroundedFigure {
  public:
   /// At the origin, heading along x. @throws ConfigError if a row of the model is no body row.
@@ -42,10 +43,11 @@ class GroundedFigure {
   const Eigen::Vector2d& position_W_m() const { return position_; }
   double heading_rad() const { return heading_; }  ///< + to the left, not wrapped
  private:
-  BodyLanes lanes_;
+  mocap::Body body_;
   std::vector<int> body_row_;
   Eigen::Matrix<double, mocap::kBodyRows, 1> angles_;
-  RootLanes root_;
+  int support_ = mocap::kLeft;
+  std::optional<Eigen::Matrix<double, 2, 4>> feet_;  ///< heels, toes from above, by side
   Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
   double heading_ = 0.0;
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/math/circle.h"
+#include "common/math/so3.h"
 #include "nodes/synthesizer/character/smooth.h"
 #include "nodes/synthesizer/director.h"
 #include "nodes/synthesizer/sequence/drawer_sequence.h"
@@ -17,11 +18,24 @@ constexpr double kFade_s = 0.5;
 constexpr double kFacing = 0.15;  // rad: a drawer less aside is faced
 // distance of the place to walk to if the sequence cannot begin on the way
 constexpr double kBeforeFront_m = 0.6;
+constexpr double kHold_s = 0.1;                 // within which feet begin and cease to be held
 constexpr std::size_t kHeading = 3, kRows = 4;  // in Values
+
+/// Height of the pelvis over the soles, legs straight; the mean of both.
+double standing_height_m(const mocap::Body& body) {
+  double sum = 0.0;
+  for (const auto side : {mocap::kLeft, mocap::kRight}) {
+    const auto hip =
+        static_cast<std::size_t>(side == mocap::kLeft ? mocap::kLeftHip : mocap::kRightHip);
+    sum -= body.offset_m[hip].z() - body.offset_m[hip + 1].norm() - body.offset_m[hip + 2].norm() +
+           std::min(body.heel_m[side].z(), body.toe_m[side].z());
+  }
+  return 0.5 * sum;
+}
 
 /// Directs the characters: they walk (Characters), and may go to a drawer and take the object in it
 /// (PlacedSequence). One motion follows the other without a jump: at the change the difference of
-/// root and rows fades within kFade_s (smooth.h); feet on the ground may slide meanwhile.
+/// root and rows fades within kFade_s (smooth.h); feet that stand meanwhile are held (FootHold).
 ///
 /// To a drawer a character walks as to any goal until it faces it; then, standing or at a left heel
 /// strike, the drawer's sequence takes over, if one leads there from that distance. A drawer that
@@ -37,6 +51,9 @@ class FigureDirector : public Director {
         dt_s_(settings.walk.dt_s),
         pelvis_(settings.walk.dt_s),
         acts_(starts.size()) {
+    if (drawer != nullptr) {
+      pelvis_scale_ = standing_height_m(model.body) / standing_height_m(drawer->model().body);
+    }
     for (const std::string& row : model.rows) {
       int b = 0;
       while (b < mocap::kBodyRows && mocap::body_row_name(b) != row) ++b;
@@ -172,6 +189,9 @@ class FigureDirector : public Director {
     bool from_now = true;        // `motion` is of the instant of the change; else of the next one
     Values offset, offset_rate;  // offset from the new motion to the old one, at the change
     Values motion;               // the new one, without fade
+    FootHold feet;               // of what is shown
+    double held = 0.0;           // share of that: a walk's own feet stand
+    Eigen::VectorXd body_rad = Eigen::VectorXd::Zero(mocap::kBodyRows);  // buffer
   };
   Act& act(int i) {
     auto& act = acts_[static_cast<std::size_t>(i)];
@@ -190,6 +210,8 @@ class FigureDirector : public Director {
       act->phase_rad = characters_.state(i).phase_rad;
       read(i, *act, act->shown);
       act->shown_before = act->shown;
+      act->feet = {};
+      act->held = 0.0;
       show(i, *act);
     }
     return *act;
@@ -247,7 +269,7 @@ class FigureDirector : public Director {
       const Eigen::Vector2d p = act.run->position_W_m();
       values[0] = p.x();
       values[1] = p.y();
-      values[2] = s.pelvis_W_m.z();
+      values[2] = pelvis_scale_ * s.pelvis_W_m.z();
       values[kHeading] = act.run->heading_rad();
       for (std::size_t r = 0; r < body_row_.size(); ++r) {
         values[kRows + r] = s.angle_rad[body_row_[r]];
@@ -280,8 +302,28 @@ class FigureDirector : public Director {
     for (std::size_t k = 0; k < act.shown.size(); ++k) {
       act.shown[k] = act.motion[k] + faded(act.offset[k], act.offset_rate[k], act.fade_s, kFade_s);
     }
+    const bool holds = act.run || act.fade_s < kFade_s - kHold_s;
+    act.held = std::clamp(act.held + (holds ? dt_s_ : -dt_s_) / kHold_s, 0.0, 1.0);
+    if (act.held > 0.0) hold_feet(act);
     show(i, act);
-    act.active = act.run || act.wished || act.fade_s < kFade_s || !act.refused.empty();
+    act.active =
+        act.run || act.wished || act.fade_s < kFade_s || !act.refused.empty() || act.held > 0.0;
+  }
+  /// Feet that stand stay, on the ground, whatever is faded in.
+  void hold_feet(Act& act) {
+    const double share = minimum_jerk(act.held, 0.0, 1.0);
+    const Eigen::Matrix3d R_WH = math::exp_so3({0.0, 0.0, act.shown[kHeading]});
+    act.body_rad.setZero();
+    for (std::size_t r = 0; r < body_row_.size(); ++r) {
+      act.body_rad[body_row_[r]] = act.shown[kRows + r];
+    }
+    act.body_rad.head<3>() = math::log_so3(R_WH * math::exp_so3(act.body_rad.head<3>()));
+    act.feet.apply(characters_.repertoire().model().body,
+                   {act.shown[0], act.shown[1], act.shown[2]}, dt_s_, act.body_rad);
+    for (std::size_t r = 0; r < body_row_.size(); ++r) {
+      double& shown = act.shown[kRows + r];
+      if (body_row_[r] >= 3) shown += share * (act.body_rad[body_row_[r]] - shown);
+    }
   }
   void show(int i, Act& act) {
     const double rate = 1.0 / dt_s_;
@@ -309,6 +351,7 @@ class FigureDirector : public Director {
 
   const ActionMaps* drawer_;
   double dt_s_;
+  double pelvis_scale_ = 1.0;  // heights of a sequence are those of the body of its trials
   PelvisVelocity pelvis_;      // velocity of a single character
   bool body_rows_ = true;      // all rows of the model are rows of a body
   std::vector<int> body_row_;  // row of the body, for each row of the model

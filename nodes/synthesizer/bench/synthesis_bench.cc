@@ -24,7 +24,7 @@ void frame(benchmark::State& state, Parameters parameters, bool foot_lock) {
     batch.set_phase(i, 0.01 * i);
     if (parameters == Parameters::blend) batch.set_blend(i, std::array{0.5, 0.3, 0.2});
     if (parameters == Parameters::own) {
-      batch.set_parameters(i, p.mean_rad, p.weight_rad, p.delay_rad);
+      batch.set_parameters(i, p.mean_rad, p.weight_rad, p.delay_rad, std::array{1.0, 0.0, 0.0});
     }
   }
   for (auto _ : state) {
@@ -51,7 +51,8 @@ void set_parameters(benchmark::State& state) {  // a new series, of 51 rows and 
   const motion::MotionModel model = testing::random_model(1);
   CharacterBatch batch(model, 1, {.harmonics = 10, .individual = true});
   const motion::Pattern& p = model.patterns[1];
-  for (auto _ : state) batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad);
+  for (auto _ : state)
+    batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad, std::array{0.0, 1.0, 0.0});
 }
 BENCHMARK(set_parameters);
 

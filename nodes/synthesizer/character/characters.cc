@@ -15,6 +15,13 @@ constexpr double kFarthestPull = 1.0;  // rad: of the coupled phase from the own
 constexpr double kRateChange = 0.5;    // share of the eigenfrequency, by coupling
 constexpr double kMoves_m = 0.05;      // a step longer than this gets somewhere
 
+// Recorded cycles do not close: more harmonics would jump where one ends.
+constexpr Eigen::Index kHarmonics = 12;
+
+int harmonics(const motion::MotionModel& model) {
+  return static_cast<int>(std::min(kHarmonics, (model.sources.cols() - 1) / 2));
+}
+
 bool gets_somewhere(const Repertoire& repertoire) {
   return std::ranges::any_of(repertoire.styles(), [&](const StyleMotions& style) {
     return repertoire.motion(style.straight).step_length_m > kMoves_m;
@@ -48,7 +55,10 @@ Characters::Characters(const motion::MotionModel& model, std::span<const Charact
     : settings_(settings),
       repertoire_(std::make_unique<const Repertoire>(model)),
       batch_(repertoire_->model(), static_cast<int>(starts.size()),
-             {.dt_s = settings.walk.dt_s, .individual = true, .foot_lock = settings.foot_lock}),
+             {.dt_s = settings.walk.dt_s,
+              .harmonics = harmonics(repertoire_->model()),
+              .individual = true,
+              .foot_lock = settings.foot_lock}),
       moves_(gets_somewhere(*repertoire_)) {
   const int style = settings.style.empty() ? 0 : repertoire_->find(settings.style);
   if (style < 0) {
@@ -68,6 +78,10 @@ Characters::Characters(const motion::MotionModel& model, std::span<const Charact
          .state = {}});
     place(i, start, settings.walking);
     set_motion(i, walk(i));
+  }
+  batch_.settle();
+  for (int i = 0; i < size(); ++i) {
+    each_[static_cast<std::size_t>(i)].state.root = batch_.root(i);
   }
 }
 
@@ -124,7 +138,7 @@ void Characters::decide(int i, One& c) {
   batch_.set_frequency(i, c.walk.frequency_rad_s());
   couple(i, rhythm, coordinated ? settings_.crowd_alpha_1_s : settings_.beat_alpha_1_s, c.walk,
          phase);
-  pivot(i, root, c.walk.pivot_rad_s() * settings_.walk.dt_s);
+  batch_.set_turn(i, c.walk.pivot_rad_s());
   if (coordinated) {
     // a coordinator that names no rate means the character's own
     c.coordinator.rate_rad_s = c.gait.phase_rate_rad_s.value_or(c.walk.frequency_rad_s());
@@ -147,18 +161,6 @@ void Characters::couple(int i, const Rhythm& rhythm, double alpha_1_s, const Wal
   batch_.set_external(i, phase_rad + pull, alpha_1_s);
 }
 
-/// Turns a character about the point its standing foot rests on.
-void Characters::pivot(int i, const RootPose& root, double angle_rad) {
-  if (angle_rad == 0.0) return;
-  const Eigen::Vector3d heel = batch_.heel_W_m(i, root.support);
-  const Eigen::Vector3d toe = batch_.toe_W_m(i, root.support);
-  const Eigen::Vector2d foot = (heel.z() < toe.z() ? heel : toe).head<2>();
-  const Eigen::Vector2d arm = root.position_W_m - foot;
-  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
-  batch_.set_root(i, foot + Eigen::Vector2d(c * arm.x() - s * arm.y(), s * arm.x() + c * arm.y()),
-                  root.heading_rad + angle_rad);
-}
-
 void Characters::observe(int i, One& c) {
   const double rate = 1.0 / settings_.walk.dt_s;
   const RootPose before = c.state.root;
@@ -179,7 +181,7 @@ void Characters::set_motion(int i, const WalkControl& walk) {
     return;
   }
   blend(parts_, walk.beta(), mixed_);
-  batch_.set_parameters(i, mixed_.mean_rad, mixed_.weight_rad, mixed_.delay_rad);
+  batch_.set_parameters(i, mixed_.mean_rad, mixed_.weight_rad, mixed_.delay_rad, walk.beta());
 }
 
 std::vector<CharacterStart> form(int count, const Formation& formation) {

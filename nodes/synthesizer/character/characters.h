@@ -27,7 +27,7 @@ struct CharactersSettings {
 
 /// State of a character at one instant. H: heading frame of the pelvis, W: world.
 struct CharacterState {
-  RootPose root;  ///< velocities with the pivoting
+  RootPose root;  ///< velocities with all turns
   double phase_rad = 0.0, phase_rate_rad_s = 0.0;
 };
 
@@ -86,7 +86,6 @@ class Characters {
   void decide(int i, One& c);
   void couple(int i, const Rhythm& rhythm, double alpha_1_s, const WalkControl& walk,
               double phase_rad);
-  void pivot(int i, const RootPose& root, double angle_rad);
   void observe(int i, One& c);
   void set_motion(int i, const WalkControl& walk);
 

@@ -118,20 +118,23 @@ void Repertoire::measure() {
 
 /// Walks a cycle, stops at its end, and measures from there.
 double Repertoire::measure_closing(const StyleMotions& style) const {
-  CharacterBatch batch(model_, 1, {.dt_s = kMeasureDt, .individual = true});
+  CharacterBatch batch(model_, 1, {.dt_s = kMeasureDt});
   const RepertoireMotion& walk = motion(style.straight);
   if (walk.step_length_m < 1e-3) return 0.5;
   batch.set_pattern(0, style.straight);
   batch.set_frequency(0, walk.parameters.frequency_rad_s);
   StepCourse course(true);
   const auto standing = static_cast<std::size_t>(style.standing);
-  const MotionParameters &a = walk.parameters, &b = motions_[standing].parameters;
+  std::vector<double> beta(motions_.size());
   Eigen::Vector2d from = Eigen::Vector2d::Zero();
   for (int lands = 0; !course.standing(); batch.step()) {
     if (course.advance(batch.phase(0), lands < 2) != Strike::none) ++lands;
     if (course.stage() == StepCourse::Stage::walking) from = batch.root(0).position_W_m;
     const double g = course.share();
-    batch.set_parameters(0, g * a.mean_rad + (1.0 - g) * b.mean_rad, g * a.weight_rad, a.delay_rad);
+    std::ranges::fill(beta, 0.0);
+    beta[static_cast<std::size_t>(style.straight)] += g;
+    beta[standing] += 1.0 - g;
+    batch.set_blend(0, beta);
   }
   return (batch.root(0).position_W_m - from).norm() / walk.step_length_m;
 }

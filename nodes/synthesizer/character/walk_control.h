@@ -56,7 +56,7 @@ class Follower {
 ///
 /// Heading [M18 eq. 3.24, 3.25]: ψ̇ = k sin(ψ_goal − ψ), ±k beyond a right angle, at most
 /// turn_max. The turn is made of the style's turning motions, as far as it has any, the rest by
-/// pivoting on the standing foot. While the goal lies aside the steps become shorter, down to a
+/// turning over the feet that stand. While the goal lies aside the steps become shorter, down to a
 /// seventh: so every goal can be reached.
 ///
 /// Length of the steps: a step of a·L metres is the style's walk with share a and standing with
@@ -144,7 +144,7 @@ class WalkControl {
   std::span<const double> beta() const { return beta_; }  ///< one share per motion, sum 1
   bool blending() const { return blending_; }             ///< β is new, by 1e-5 or more
   double frequency_rad_s() const { return step_.moves() ? frequency_.value() : 0.0; }
-  double pivot_rad_s() const { return pivot_rad_s_; }  ///< turn about the standing foot
+  double pivot_rad_s() const { return pivot_rad_s_; }  ///< turn beside the motions'
   /// The phase to put the oscillator at, once: at the start of a walk.
   std::optional<double> phase_rad() const { return new_phase_rad_; }
 

@@ -9,6 +9,7 @@
 #include "common/math/circle.h"
 #include "nodes/synthesizer/dynamics/mixture_lanes.h"
 #include "nodes/synthesizer/dynamics/posture.h"
+#include "nodes/synthesizer/dynamics/root_cycle.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -30,14 +31,19 @@ int row_of(const motion::MotionModel& model, int body_row) {
 /// 16 characters.
 struct CharacterBatch::Tile {
   HopfLanes hopf;
-  RootLanes root;
-  LockLanes lock;
+  TravelLanes travel;
+  FeetLanes feet;
   PointLanes point;
+  HopfLanes::Lane cosine, sine;  // of the phase
   // place and heading of H in W
   double x[kLanes] = {}, y[kLanes] = {}, cos_heading[kLanes], sin_heading[kLanes] = {};
   double heading[kLanes] = {};  // for the turns; the rotation itself is the pair above
 
-  Tile() { std::fill_n(cos_heading, kLanes, 1.0); }
+  Tile() {
+    std::fill_n(cos_heading, kLanes, 1.0);
+    std::fill_n(cosine, kLanes, 1.0);
+    std::fill_n(sine, kLanes, 0.0);
+  }
 };
 
 struct CharacterBatch::Data {
@@ -60,6 +66,11 @@ struct CharacterBatch::Data {
                             static_cast<std::size_t>(first_row)) *
                                stride;
   }
+  float* root(int p, int first_row) {
+    return roots.data() + (static_cast<std::size_t>(p) * static_cast<std::size_t>(samples + 3) +
+                           static_cast<std::size_t>(first_row)) *
+                              kRootStride;
+  }
   float* row(int i) {
     return angles.data() +
            static_cast<std::size_t>(i) * static_cast<std::size_t>(maker.row_stride());
@@ -68,12 +79,19 @@ struct CharacterBatch::Data {
     MIMESIS_ASSERT(i >= 0 && i < count);
     return tiles[static_cast<std::size_t>(i / kLanes)];
   }
+  void set_shares(int i, std::span<const double> shares) {
+    MIMESIS_ASSERT(static_cast<int>(shares.size()) == patterns);
+    float* share = beta.data() + static_cast<std::size_t>(i) * shares.size();
+    for (std::size_t p = 0; p < shares.size(); ++p) share[p] = static_cast<float>(shares[p]);
+  }
   Eigen::Vector3d in_world(int i, const Lane* p);
   void step(Tile& tile, int first, double dt_s);
   void tabulate(const motion::MotionModel& model);
+  void learn_roots(const motion::MotionModel& model);
   void add_rows(int i, int lane);
-  void synthesize(const Tile& tile, int first);
-  void lock_feet(Tile& tile, int first);
+  void add_root(int i, int lane, Tile& tile);
+  void synthesize(Tile& tile, int first);
+  void stand_feet(Tile& tile, int first);
 
   CharacterOptions options;
   int count, parts = 1;
@@ -84,6 +102,7 @@ struct CharacterBatch::Data {
   BodyLanes body;
   std::array<int, mocap::kBodyRows> rows{};  ///< the model's row of a body row, or -1
   std::vector<float> tables;                 ///< tables of the patterns
+  std::vector<float> roots;                  ///< theirs of root_cycle.h, at the same phases
   std::vector<float> own;                    ///< series of the characters, if individual
   std::vector<int> from;                     ///< pattern of each character, or kBlend, kOwn
   std::vector<float> beta;                   ///< shares of the patterns, of each character
@@ -113,14 +132,23 @@ CharacterBatch::CharacterBatch(const motion::MotionModel& model, int count,
   d.basis.resize(static_cast<std::size_t>(kLanes * d.maker.basis_count()));
   d.tabulate(model);
   for (std::size_t b = 0; b < d.rows.size(); ++b) d.rows[b] = row_of(model, static_cast<int>(b));
+  d.learn_roots(model);
   const double duration = model.patterns.front().trial.duration_s;
   for (Tile& tile : d.tiles) {  // the lanes beyond the last character run along
     std::fill_n(tile.hopf.x1, kLanes, 1.0);
     std::fill_n(tile.hopf.omega, kLanes, math::kTwoPi / (duration > 0.0 ? duration : 1.0));
   }
-  for (std::size_t t = 0; t < d.tiles.size(); ++t) {
-    d.step(d.tiles[t], static_cast<int>(t) * kLanes, 0.0);
-    std::fill_n(d.tiles[t].root.fresh, kLanes, 1.0F);
+  settle();
+}
+
+void CharacterBatch::settle() {
+  for (std::size_t t = 0; t < data_->tiles.size(); ++t) {
+    Tile& tile = data_->tiles[t];
+    std::fill_n(tile.travel.fresh, kLanes, 1.0F);
+    std::fill_n(tile.feet.fresh, kLanes, 1.0F);
+    data_->step(tile, static_cast<int>(t) * kLanes, 0.0);
+    std::fill_n(tile.travel.fresh, kLanes, 1.0F);
+    std::fill_n(tile.feet.fresh, kLanes, 1.0F);
   }
 }
 
@@ -132,6 +160,27 @@ void CharacterBatch::Data::tabulate(const motion::MotionModel& model) {
     const motion::Pattern& q = model.patterns[static_cast<std::size_t>(p)];
     maker.make(q.mean_rad, q.weight_rad, q.delay_rad, one.data());
     maker.tabulate(one.data(), samples, table(p, 0));
+  }
+}
+
+void CharacterBatch::Data::learn_roots(const motion::MotionModel& model) {
+  constexpr std::size_t kBody = mocap::kBodyRows;
+  std::vector<float> cycle(static_cast<std::size_t>(samples) * kBody, 0.0F);
+  roots.resize(static_cast<std::size_t>(patterns) * static_cast<std::size_t>(samples + 3) *
+               kRootStride);
+  for (int p = 0; p < patterns; ++p) {
+    for (int n = 0; n < samples; ++n) {
+      const float* values = table(p, n + 1);
+      for (std::size_t b = 0; b < kBody; ++b) {
+        if (rows[b] >= 0) cycle[static_cast<std::size_t>(n) * kBody + b] = values[rows[b]];
+      }
+    }
+    const std::vector<float> learned =
+        learn_root(body, cycle, model.patterns[static_cast<std::size_t>(p)].trial.duration_s);
+    for (int n = -1; n <= samples + 1; ++n) {
+      const auto at = static_cast<std::size_t>((n + samples) % samples) * kRootStride;
+      std::copy_n(learned.data() + at, kRootStride, root(p, n + 1));
+    }
   }
 }
 
@@ -150,18 +199,18 @@ void CharacterBatch::set_pattern(int i, int p) {
 
 void CharacterBatch::set_parameters(int i, const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
                                     const Eigen::Ref<const Eigen::MatrixXd>& weight_rad,
-                                    const Eigen::Ref<const Eigen::MatrixXd>& delay_rad) {
+                                    const Eigen::Ref<const Eigen::MatrixXd>& delay_rad,
+                                    std::span<const double> beta) {
   data_->maker.make(mean_rad, weight_rad, delay_rad, data_->series(i));
+  data_->set_shares(i, beta);
   data_->from[static_cast<std::size_t>(i)] = kOwn;
 }
 
 void CharacterBatch::set_blend(int i, std::span<const double> beta) {
   Data& d = *data_;
-  MIMESIS_ASSERT(d.tied && static_cast<int>(beta.size()) == d.patterns && i >= 0 && i < d.count);
-  const auto c = static_cast<std::size_t>(i);
-  float* share = d.beta.data() + c * beta.size();
-  for (std::size_t p = 0; p < beta.size(); ++p) share[p] = static_cast<float>(beta[p]);
-  d.from[c] = kBlend;
+  MIMESIS_ASSERT(d.tied && i >= 0 && i < d.count);
+  d.set_shares(i, beta);
+  d.from[static_cast<std::size_t>(i)] = kBlend;
 }
 
 void CharacterBatch::set_frequency(int i, double omega_rad_s) {
@@ -174,7 +223,7 @@ void CharacterBatch::set_phase(int i, double phase_rad) {
   Tile& tile = data_->tile(i);
   tile.hopf.x1[i % kLanes] = std::cos(phase_rad);
   tile.hopf.x2[i % kLanes] = std::sin(phase_rad);
-  tile.root.fresh[i % kLanes] = 1.0F;
+  tile.travel.fresh[i % kLanes] = 1.0F;
 }
 
 void CharacterBatch::set_external(int i, double phase_rad, double alpha_1_s) {
@@ -193,6 +242,11 @@ void CharacterBatch::set_root(int i, const Eigen::Vector2d& position_W_m, double
   tile.heading[l] = heading_rad;
   tile.cos_heading[l] = std::cos(heading_rad);
   tile.sin_heading[l] = std::sin(heading_rad);
+  tile.feet.fresh[l] = 1.0F;
+}
+
+void CharacterBatch::set_turn(int i, double rate_rad_s) {
+  data_->tile(i).travel.turn_rate[i % kLanes] = static_cast<float>(rate_rad_s);
 }
 
 void CharacterBatch::step() {
@@ -220,17 +274,40 @@ void CharacterBatch::Data::add_rows(int i, int l) {
   }
 }
 
+/// Adds up how its pelvis travels and its feet stand.
+void CharacterBatch::Data::add_root(int i, int l, Tile& tile) {
+  alignas(64) float sum[kRootStride] = {};
+  const auto c = static_cast<std::size_t>(i);
+  const float* tap = taps + 4 * l;
+  if (from[c] >= 0) {
+    add_mix(root(from[c], cell[l]), tap, 4, kRootStride, 1.0F, sum);
+  } else {
+    const float* share = beta.data() + c * static_cast<std::size_t>(patterns);
+    for (int p = 0; p < patterns; ++p) {
+      if (share[p] != 0.0F) add_mix(root(p, cell[l]), tap, 4, kRootStride, share[p], sum);
+    }
+  }
+  for (int r = 0; r < kRootRows; ++r) tile.travel.row[r][l] = sum[r];
+}
+
 /// Rows of the 16 characters, and their body rows side by side in `angle`.
-void CharacterBatch::Data::synthesize(const Tile& tile, int first) {
+void CharacterBatch::Data::synthesize(Tile& tile, int first) {
   HopfLanes::Lane cosine, sine;
   directions(tile.hopf, cosine, sine);
   table_taps(cosine, sine, samples, cell, taps);
+  for (int l = 0; l < kLanes; ++l) {
+    const double s = sine[l] * tile.cosine[l] - cosine[l] * tile.sine[l];
+    tile.travel.advanced[l] = static_cast<float>(std::asin(std::clamp(s, -1.0, 1.0)));
+    tile.cosine[l] = cosine[l];
+    tile.sine[l] = sine[l];
+  }
   if (options.individual) {
     basis_values(cosine, sine, maker.harmonics(), maker.slow_functions() > 0, maker.basis_count(),
                  basis.data());
   }
   for (int l = 0; l < kLanes; ++l) {
     add_rows(first + l, l);
+    add_root(first + l, l, tile);
     const float* values = row(first + l);
     for (std::size_t b = 0; b < rows.size(); ++b) {
       if (rows[b] >= 0) angle[b][l] = values[rows[b]];
@@ -238,9 +315,8 @@ void CharacterBatch::Data::synthesize(const Tile& tile, int first) {
   }
 }
 
-void CharacterBatch::Data::lock_feet(Tile& tile, int first) {
-  foot_contact(tile.root, static_cast<float>(options.dt_s), tile.lock);
-  foot_lock(tile.lock, rotation, angle, tile.point);
+void CharacterBatch::Data::stand_feet(Tile& tile, int first) {
+  plant_feet(static_cast<float>(options.dt_s), rotation, tile.travel, angle, tile.point, tile.feet);
   for (const int joint : kLegJoints) {
     for (int b = 3 * joint; b < 3 * joint + 3; ++b) {
       const int r = rows[static_cast<std::size_t>(b)];
@@ -254,18 +330,18 @@ void CharacterBatch::Data::step(Tile& tile, int first, double dt_s) {
   if (dt_s > 0.0) advance(tile.hopf, dt_s, parts);
   synthesize(tile, first);
   posture(body, angle, rotation, tile.point);
-  root_motion(tile.point, static_cast<float>(options.dt_s), tile.root);
-  if (options.foot_lock && dt_s > 0.0) lock_feet(tile, first);
+  travel(static_cast<float>(dt_s), tile.travel);
+  if (options.foot_lock) stand_feet(tile, first);
   for (int l = 0; l < kLanes; ++l) {
     const double c = tile.cos_heading[l], s = tile.sin_heading[l];
-    const double dx = tile.root.dx[l], dy = tile.root.dy[l];
-    const double dc = tile.root.cos_turn[l], ds = tile.root.sin_turn[l];
+    const double dx = tile.travel.dx[l], dy = tile.travel.dy[l];
+    const double dc = tile.travel.cos_turn[l], ds = tile.travel.sin_turn[l];
     tile.x[l] += c * dx - s * dy;
     tile.y[l] += s * dx + c * dy;
     const double nc = c * dc - s * ds, ns = s * dc + c * ds, n = std::sqrt(nc * nc + ns * ns);
     tile.cos_heading[l] = nc / n;
     tile.sin_heading[l] = ns / n;
-    tile.heading[l] += static_cast<double>(tile.root.turn[l]);
+    tile.heading[l] += static_cast<double>(tile.travel.turn[l]);
   }
 }
 
@@ -288,16 +364,17 @@ RootPose CharacterBatch::root(int i) const {
   const Tile& tile = data_->tile(i);
   const int l = i % kLanes;
   const double rate = 1.0 / data_->options.dt_s;
-  const double c = tile.root.cos_turn[l], s = tile.root.sin_turn[l];
-  const double dx = tile.root.dx[l], dy = tile.root.dy[l];
+  const double c = tile.travel.cos_turn[l], s = tile.travel.sin_turn[l];
+  const double dx = tile.travel.dx[l], dy = tile.travel.dy[l];
   const double angle = std::atan2(tile.sin_heading[l], tile.cos_heading[l]);
   RootPose pose;
   pose.position_W_m = {tile.x[l], tile.y[l]};
-  pose.height_m = tile.root.height[l];
+  pose.height_m = tile.travel.height[l];
   pose.heading_rad = tile.heading[l] + math::wrap_pi(angle - tile.heading[l]);
   pose.velocity_H_m_s = {(c * dx + s * dy) * rate, (c * dy - s * dx) * rate};
-  pose.yaw_rate_rad_s = tile.root.turn[l] * rate;
-  pose.support = tile.root.support[l] > 0.5F ? mocap::kRight : mocap::kLeft;
+  pose.yaw_rate_rad_s = tile.travel.turn[l] * rate;
+  const Lane* row = tile.travel.row;
+  pose.support = row[kRootRightStands][l] > row[kRootLeftStands][l] ? mocap::kRight : mocap::kLeft;
   return pose;
 }
 
@@ -306,7 +383,7 @@ Eigen::Vector3d CharacterBatch::Data::in_world(int i, const Lane* p) {
   const int l = i % kLanes;
   const double x = p[0][l], y = p[1][l], c = t.cos_heading[l], s = t.sin_heading[l];
   return {t.x[l] + c * x - s * y, t.y[l] + s * x + c * y,
-          static_cast<double>(p[2][l]) + static_cast<double>(t.root.height[l])};
+          static_cast<double>(p[2][l]) + static_cast<double>(t.travel.height[l])};
 }
 
 Eigen::Vector3d CharacterBatch::joint_W_m(int i, int body_joint) const {

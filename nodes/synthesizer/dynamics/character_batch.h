@@ -66,9 +66,11 @@ class CharacterBatch {
   /// caller's (control/), by set_blend or set_parameters every step.
   void set_pattern(int i, int p);
   /// Parameters of its own. Needs `individual`. Sizes as in Pattern. Some µs.
+  /// @param beta  shares of the patterns, one each: pelvis and contacts are a blend of theirs
   void set_parameters(int i, const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
                       const Eigen::Ref<const Eigen::MatrixXd>& weight_rad,
-                      const Eigen::Ref<const Eigen::MatrixXd>& delay_rad);
+                      const Eigen::Ref<const Eigen::MatrixXd>& delay_rad,
+                      std::span<const double> beta);
   /// Σₚ βₚ · pattern p over all patterns of the model, one β each: means and weights blend linearly
   /// [M18 eq. 3.21] since tied delays are the same in all. Needs model.tied. Costs a mixture per
   /// β ≠ 0 and frame, and nothing to set.
@@ -80,8 +82,12 @@ class CharacterBatch {
   /// @param alpha_1_s  α in [0, 100] 1/s; 0: none
   void set_external(int i, double phase_rad, double alpha_1_s);
   void set_root(int i, const Eigen::Vector2d& position_W_m, double heading_rad);
+  /// Turn of the heading beside that of the patterns, held until changed: feet that stand stay.
+  void set_turn(int i, double rate_rad_s);
 
   void step();
+  /// Postures of what was set, where they are; nothing moves. The next step starts there.
+  void settle();
 
   double phase(int i) const;                   ///< [0, 2π)
   Eigen::Vector2d state(int i) const;          ///< x of the oscillator [1]

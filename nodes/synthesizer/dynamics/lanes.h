@@ -139,46 +139,75 @@ struct LegLane {
   Vec3 hip_angle, knee_angle, ankle_angle;  ///< axis-angle relative to the parent [rad]
 };
 
-/// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation. The knee bends to
-/// where it bent before, off the line from hip to ankle as it was: off the new one a nearly
-/// straight leg would change sides. A leg that was straight bends to the front of the thigh. A
-/// length within kStretch of a straight leg's, L, changes by less than wanted, so that the knee,
-/// whose angle goes with the root of what is missing, gets no faster than 1/√(kStretch L/2) rad/m,
-/// and the leg never straight.
-[[gnu::always_inline]] inline void move_ankle(float dx, float dy, LegLane& leg) {
-  constexpr float kStretch = 0.010F;  // m
-  const float moved = std::sqrt(dx * dx + dy * dy);
-  const Vec3 k = leg.knee - leg.hip, a = leg.ankle - leg.knee, old = leg.ankle - leg.hip;
-  const float l1 = std::sqrt(dot(k, k)), l2 = std::sqrt(dot(a, a));
-  const float had = std::sqrt(dot(old, old)), free = l1 + l2 - kStretch;
-  const Vec3 to = old + Vec3{dx, dy, 0.0F};
+/// Puts the ankle at `target` and turns leg and foot by a yaw (its cosine and sine). Hip and knee
+/// turn; the foot keeps its orientation but for the yaw, so the ankle's joint takes what is left.
+/// The knee turns about its own axis, y of the thigh, and only to flexion: which side it bends to
+/// is no matter of where hip and ankle are. The thigh then turns the shortest way.
+///
+/// A leg within kStretch of its full length gets shorter than asked, by 1.5 mm where it were
+/// straight: so the knee, whose angle goes with the root of what is missing, gets no faster than
+/// 1/√(kStretch L/2) rad/m, and the leg never straight.
+[[gnu::always_inline]] inline void place_foot(Vec3 target, float cos_yaw, float sin_yaw,
+                                              LegLane& leg) {
+  constexpr float kStretch = 0.003F;  // m
+  auto yawed = [cos_yaw, sin_yaw](Vec3 v) {
+    return Vec3{cos_yaw * v.x - sin_yaw * v.y, sin_yaw * v.x + cos_yaw * v.y, v.z};
+  };
+  // in the thigh's frame
+  const Vec3 k = transposed_times(leg.R_T, leg.knee - leg.hip);
+  const Vec3 a = transposed_times(leg.R_T, leg.ankle - leg.knee);
+  const Mat3 bend = transposed_times(leg.R_T, leg.R_S);
+  const Mat3 R_T0{yawed(leg.R_T.x), yawed(leg.R_T.y), yawed(leg.R_T.z)};
+  const Mat3 R_F{yawed(leg.R_F.x), yawed(leg.R_F.y), yawed(leg.R_F.z)};
+  const Vec3 to = target - leg.hip;
   const float wanted = std::sqrt(dot(to, to));
-  // y = x/(1 + x) of what lies beyond `free`, both in kStretch
-  const float y = (had - free) * (1.0F / kStretch), near = y < 0.9999F ? y : 0.9999F;
-  const float x = (near > 0.0F ? near / (1.0F - near) : near) + (wanted - had) * (1.0F / kStretch);
-  const float reach = free + kStretch * (x > 0.0F ? x / (1.0F + x) : x);
-  const Vec3 n0 = (1.0F / had) * old, n = (1.0F / wanted) * to;
-  // law of cosines at the hip
-  float c = (l1 * l1 + reach * reach - l2 * l2) / (2.0F * l1 * reach);
+  const float l1 = std::sqrt(k.x * k.x + k.z * k.z), l2 = std::sqrt(a.x * a.x + a.z * a.z);
+  const float fixed =
+      k.x * k.x + k.y * k.y + k.z * k.z + a.x * a.x + a.y * a.y + a.z * a.z + 2.0F * k.y * a.y;
+  const float product = l1 * l2, longest = std::sqrt(fixed + 2.0F * product);
+  const float free = longest - kStretch, x = (wanted - free) * (1.0F / kStretch);
+  const float reach = x > 0.0F ? free + kStretch * (x / (1.0F + x)) : wanted;
+  // law of cosines: flexion to have, and flexion as it was
+  float c = (reach * reach - fixed) / (2.0F * product);
   c = c > 1.0F ? 1.0F : c;
-  c = c < -1.0F ? -1.0F : c;
-  const float s = std::sqrt(1.0F - c * c);
-  // side of the knee; of a straight leg, to the front (fading in with the displacement)
-  const float part = moved * 100.0F, front = 0.005F * (part < 1.0F ? part : 1.0F);
-  const Vec3 bent = k - dot(k, n0) * n0 + front * leg.R_T.x;
-  const Vec3 e = bent - dot(bent, n) * n;
-  const float size = std::sqrt(dot(e, e));
-  const Vec3 knee = leg.hip + l1 * (c * n + (s / (size > 1e-9F ? size : 1e-9F)) * e);
-  const Vec3 ankle = leg.hip + reach * n;
-  const Mat3 R_T = turn_lane((1.0F / l1) * k, (1.0F / l1) * (knee - leg.hip), leg.R_T);
-  const Mat3 R_S = turn_lane((1.0F / l2) * a, (1.0F / l2) * (ankle - knee), leg.R_S);
+  c = c < -0.9F ? -0.9F : c;
+  const float s = std::sqrt(1.0F - c * c), per = 1.0F / product;
+  const float c0 = (k.x * a.x + k.z * a.z) * per, s0 = (k.z * a.x - k.x * a.z) * per;
+  const float ct = c * c0 + s * s0, st = s * c0 - c * s0;
+  auto flexed = [ct, st](Vec3 v) { return Vec3{ct * v.x + st * v.z, v.y, ct * v.z - st * v.x}; };
+  const Vec3 shank = flexed(a), along = R_T0 * (k + shank);
+  const Mat3 R_TS{flexed(bend.x), flexed(bend.y), flexed(bend.z)};
+  const float size = std::sqrt(dot(along, along));
+  const Mat3 R_T = turn_lane((1.0F / size) * along, (1.0F / wanted) * to, R_T0);
+  const Mat3 R_S = R_T * R_TS;
   leg.hip_angle = log_lane(transposed_times(leg.R_P, R_T), leg.hip_angle);
-  leg.knee_angle = log_lane(transposed_times(R_T, R_S), leg.knee_angle);
-  leg.ankle_angle = log_lane(transposed_times(R_S, leg.R_F), leg.ankle_angle);
-  leg.knee = knee;
-  leg.ankle = ankle;
+  leg.knee_angle = log_lane(R_TS, leg.knee_angle);
+  leg.ankle_angle = log_lane(transposed_times(R_S, R_F), leg.ankle_angle);
+  leg.knee = leg.hip + R_T * k;
+  leg.ankle = leg.knee + R_T * shank;
   leg.R_T = R_T;
   leg.R_S = R_S;
+  leg.R_F = R_F;
+}
+
+/// Share of the heel in the point a foot rests on, by the heights of heel and toe: within 2 cm both
+/// carry.
+inline float heel_share_lane(float heel_z, float toe_z) {
+  constexpr float kFlat = 0.02F;  // m
+  float u = 0.5F + (toe_z - heel_z) * (0.5F / kFlat);
+  u = u > 0.0F ? u : 0.0F;
+  u = u < 1.0F ? u : 1.0F;
+  return u * u * (3.0F - 2.0F * u);
+}
+
+/// Height of the sole's lowest point: of the lower of heel and toe, rounded where they change over
+/// within kRound, exact for a flat foot, 1 mm above the point elsewhere.
+inline float sole_lane(float heel_z, float toe_z) {
+  constexpr float kRound = 0.004F;  // m
+  const float apart = heel_z > toe_z ? heel_z - toe_z : toe_z - heel_z;
+  const float lower = heel_z < toe_z ? heel_z : toe_z;
+  const float in = apart < kRound ? kRound - apart : 0.0F;
+  return lower + 0.25F * (kRound - in * in * (1.0F / kRound));
 }
 
 }  // namespace mimesis::synthesizer

@@ -5,6 +5,7 @@
 
 #include "common/math/so3.h"
 #include "nodes/synthesizer/character/smooth.h"
+#include "nodes/synthesizer/dynamics/lanes.h"
 
 namespace mimesis::synthesizer {
 
@@ -33,6 +34,43 @@ TwoLinks two_links(double a, double b, const Eigen::Vector3d& to_target,
           .short_by_m = std::max(0.0, far - reach)};
 }
 
+Vec3 narrow(const Eigen::Vector3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+Mat3 narrow(const Eigen::Matrix3d& m) {
+  return {narrow(Eigen::Vector3d(m.col(0))), narrow(Eigen::Vector3d(m.col(1))),
+          narrow(Eigen::Vector3d(m.col(2)))};
+}
+Eigen::Vector3d wide_of(Vec3 v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+/// A leg as it is, from the hip.
+struct LegPosture {
+  Eigen::Vector3d to_knee_m, to_ankle_m;
+  Eigen::Matrix3d R_W_root, R_W_thigh, R_W_shank, R_W_foot;
+  std::array<Eigen::Vector3d, 3> axis_angle_rad = mocap::points_at_origin<3>();
+};
+
+/// Its ankle at `to`, from the hip, by place_foot().
+LimbAngles placed_leg(const LegPosture& posture, const Eigen::Vector3d& to) {
+  LegLane leg{.hip = {0.0F, 0.0F, 0.0F},
+              .knee = narrow(posture.to_knee_m),
+              .ankle = narrow(posture.to_ankle_m),
+              .R_P = narrow(posture.R_W_root),
+              .R_T = narrow(posture.R_W_thigh),
+              .R_S = narrow(posture.R_W_shank),
+              .R_F = narrow(posture.R_W_foot),
+              .hip_angle = narrow(posture.axis_angle_rad[0]),
+              .knee_angle = narrow(posture.axis_angle_rad[1]),
+              .ankle_angle = narrow(posture.axis_angle_rad[2])};
+  place_foot(narrow(to), 1.0F, 0.0F, leg);
+  const double length = posture.to_knee_m.norm() + (posture.to_ankle_m - posture.to_knee_m).norm();
+  return {
+      .axis_angle_rad = {wide_of(leg.hip_angle), wide_of(leg.knee_angle), wide_of(leg.ankle_angle)},
+      .short_by_m = std::max(0.0, to.norm() - length)};
+}
+
 Eigen::Matrix3d frame_of(const Eigen::Vector3d& y, const Eigen::Vector3d& z) {
   Eigen::Matrix3d R;
   R << y.cross(z), y, z;
@@ -52,21 +90,24 @@ Eigen::Matrix3d foot_rotation(const FootPose& foot) {
 LimbAngles leg_angles(const mocap::Body& body, mocap::Side side, const Eigen::Matrix3d& R_W_root,
                       const Eigen::Vector3d& p_W_root, const Eigen::Vector3d& p_W_ankle,
                       const Eigen::Matrix3d& R_W_foot) {
-  const bool left = side == mocap::kLeft;
-  const auto& hip = body.offset_m[left ? mocap::kLeftHip : mocap::kRightHip];
-  const double thigh = body.offset_m[left ? mocap::kLeftKnee : mocap::kRightKnee].norm();
-  const double shank = body.offset_m[left ? mocap::kLeftAnkle : mocap::kRightAnkle].norm();
+  const int hip = side == mocap::kLeft ? mocap::kLeftHip : mocap::kRightHip;
+  const auto h = static_cast<std::size_t>(hip);
+  const Eigen::Vector3d to = p_W_ankle - p_W_root - R_W_root * body.offset_m[h];
   // the foot's x without its pitch, which may be large: across y
   const Eigen::Vector3d toes = R_W_foot.col(1).cross(Eigen::Vector3d::UnitZ()).normalized();
-  const TwoLinks leg =
-      two_links(thigh, shank, p_W_ankle - p_W_root - R_W_root * hip, R_W_root.col(0) + toes);
-  // bend × straight is the knee's axis: a knee that bends forward lets the shank lag
-  const Eigen::Matrix3d R_W_thigh = frame_of(-leg.normal, -leg.upper);
-  const Eigen::Vector3d knee(0.0, leg.bend_rad, 0.0);
-  const Eigen::Matrix3d R_W_shank = R_W_thigh * math::exp_so3(knee);
-  return {.axis_angle_rad = {math::log_so3(R_W_root.transpose() * R_W_thigh), knee,
-                             math::log_so3(R_W_shank.transpose() * R_W_foot)},
-          .short_by_m = leg.short_by_m};
+  // the thigh along the leg, its y across the plane in which the knee bends
+  const Eigen::Vector3d z = -to.normalized();
+  const Eigen::Vector3d y = z.cross(R_W_root.col(0) + toes).normalized();
+  Eigen::Matrix3d R_W_thigh;
+  R_W_thigh << y.cross(z), y, z;
+  const Eigen::Vector3d knee = R_W_thigh * body.offset_m[h + 1];
+  return placed_leg({.to_knee_m = knee,
+                     .to_ankle_m = knee + R_W_thigh * body.offset_m[h + 2],
+                     .R_W_root = R_W_root,
+                     .R_W_thigh = R_W_thigh,
+                     .R_W_shank = R_W_thigh,
+                     .R_W_foot = R_W_foot},
+                    to);
 }
 
 LimbAngles arm_angles(const mocap::Body& body, mocap::Side side, const Eigen::Matrix3d& R_W_chest,
@@ -236,21 +277,26 @@ void FootHold::apply(const mocap::Body& body, const Eigen::Vector3d& p_W_pelvis,
     HeldFoot& foot = foot_[side];
     hold(foot, {pose.point(hip + 2, body.heel_m[side]), pose.point(hip + 2, body.toe_m[side])},
          dt_s);
-    const Eigen::Vector3d hip_W = pose.p_WJ[static_cast<std::size_t>(hip)];
+    const auto h = static_cast<std::size_t>(hip);
+    LegPosture leg{.to_knee_m = pose.p_WJ[h + 1] - pose.p_WJ[h],
+                   .to_ankle_m = pose.p_WJ[ankle] - pose.p_WJ[h],
+                   .R_W_root = pose.R_WJ[mocap::kRoot],
+                   .R_W_thigh = pose.R_WJ[h],
+                   .R_W_shank = pose.R_WJ[h + 1],
+                   .R_W_foot = pose.R_WJ[ankle]};
+    const Eigen::Vector3d wanted = leg.to_ankle_m + foot.offset_m;
     const double leg_m = body.offset_m[ankle].norm() + body.offset_m[ankle - 1].norm();
-    const Eigen::Vector3d wanted = pose.p_WJ[ankle] + foot.offset_m - hip_W;
     const double stretch = wanted.norm() / leg_m;
     if (stretch > kPull) foot.stands = false;  // pulled off the ground
-    const LimbAngles leg =
-        leg_angles(body, side, pose.R_WJ[mocap::kRoot], p_W_pelvis,
-                   hip_W + wanted * (softly_limited(stretch) / stretch), pose.R_WJ[ankle]);
     for (int i = 0; i < 3; ++i) {
-      const Eigen::Vector3d before = angles_rad.segment<3>(3 * (hip + i));
-      angles_rad.segment<3>(3 * (hip + i)) =
-          math::nearest_axis_angle(leg.axis_angle_rad[static_cast<std::size_t>(i)], before);
+      leg.axis_angle_rad[static_cast<std::size_t>(i)] = angles_rad.segment<3>(3 * (hip + i));
+    }
+    const LimbAngles placed = placed_leg(leg, wanted * (softly_limited(stretch) / stretch));
+    for (int i = 0; i < 3; ++i) {
+      angles_rad.segment<3>(3 * (hip + i)) = placed.axis_angle_rad[static_cast<std::size_t>(i)];
     }
     correction_m_ = std::max(correction_m_, foot.offset_m.norm());
-    short_by_m_ = std::max(short_by_m_, leg.short_by_m);
+    short_by_m_ = std::max(short_by_m_, wanted.norm() - leg_m);
   }
 }
 

@@ -21,9 +21,9 @@ struct LimbAngles {
   double short_by_m = 0.0;
 };
 
-/// Hip, knee and ankle that put the ankle at `p_W_ankle` and the foot at `R_W_foot`: two links in
-/// closed form. The knee is a hinge about y and bends to where pelvis and toes point. Needs offsets
-/// of knee and ankle along −z, as standard_body() has them.
+/// Hip, knee and ankle that put the ankle at `p_W_ankle` and the foot at `R_W_foot` (place_foot()
+/// of dynamics/lanes.h, to 2e-6 rad). The knee is a hinge about y and bends to where pelvis and
+/// toes point. Needs offsets of knee and ankle along −z, as bodies have them.
 LimbAngles leg_angles(const mocap::Body& body, mocap::Side side, const Eigen::Matrix3d& R_W_root,
                       const Eigen::Vector3d& p_W_root, const Eigen::Vector3d& p_W_ankle,
                       const Eigen::Matrix3d& R_W_foot);

@@ -141,8 +141,8 @@ TEST(Characters, TurnByTurningMotionsWhereTheModelHasThem) {
   EXPECT_LT(pivoting(true), 0.75 * pivoting(false));
 }
 
-TEST(Characters, TheStandingFootStaysWhileTheCharacterPivots) {
-  Characters characters = one(testing::three_styles(), {.foot_lock = false});
+TEST(Characters, TheStandingFootStaysWhileTheCharacterTurns) {
+  Characters characters = one(testing::three_styles());
   characters.walk(0).walk_to({0.0, 6.0});
   run(characters, 1.1);
   double slid = 0.0, turned = 0.0;
@@ -360,7 +360,8 @@ TEST(Characters, FreeDelaysAreBlendedToo) {  // each pattern of the model has de
   MotionParameters mixed = parts[0];
   blend(parts, std::vector<double>{0.5, 0.5}, mixed);
   CharacterBatch batch(repertoire.model(), 1, {.dt_s = kCharactersDt, .individual = true});
-  batch.set_parameters(0, mixed.mean_rad, mixed.weight_rad, mixed.delay_rad);
+  batch.set_parameters(0, mixed.mean_rad, mixed.weight_rad, mixed.delay_rad,
+                       std::vector<double>(repertoire.motions().size(), 0.0));
   batch.set_frequency(0, 0.0);
   batch.set_phase(0, characters.state(0).phase_rad);
   batch.step();

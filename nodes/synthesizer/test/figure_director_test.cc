@@ -24,7 +24,10 @@ const ActionMaps& actions() {
 class FigureRig {
  public:
   explicit FigureRig(const ActionMaps* maps = &actions(), const CharacterStart& start = {})
-      : owner_(make_figure_director(testing::three_styles(), {&start, 1}, settings(), maps)) {}
+      : FigureRig(testing::three_styles(), maps, start) {}
+  FigureRig(const motion::MotionModel& model, const ActionMaps* maps,
+            const CharacterStart& start = {})
+      : owner_(make_figure_director(model, {&start, 1}, settings(), maps)) {}
 
   /// Until the goal is reached or `limit_s` is over. True: reached.
   bool run(double limit_s) {
@@ -39,6 +42,8 @@ class FigureRig {
   Director& director() { return *owner_; }
   double longest_jump_m = 0.0, largest_jump_rad = 0.0;  // in one step, of pelvis and rows
   double largest_kick_rad_s = 0.0;                      // change of a row's rate in one step
+  double lowest_m = 1.0, sole_m = 0.0;                  // lower sole: of all steps, of the last
+  double flexion_rad = 1.0;                             // the least
   std::vector<std::string> actions_seen;
 
  private:
@@ -64,6 +69,20 @@ class FigureRig {
         jumps[r] = jump;
       }
     }
+    std::array<double, mocap::kBodyRows> rows;
+    std::copy(angles.begin(), angles.end(), rows.begin());
+    const mocap::Body& body = director().characters().repertoire().model().body;
+    const auto pose = mocap::forward_kinematics(
+        body, std::span<const double, mocap::kBodyRows>(rows), {0.0, 0.0, state.root.height_m});
+    double lower = 1.0;
+    for (const std::size_t s : {0U, 1U}) {
+      const int ankle = s == 0 ? mocap::kLeftAnkle : mocap::kRightAnkle;
+      lower = std::min(
+          {lower, pose.point(ankle, body.heel_m[s]).z(), pose.point(ankle, body.toe_m[s]).z()});
+      flexion_rad = std::min(flexion_rad, rows[static_cast<std::size_t>(3 * ankle - 2)]);
+    }
+    lowest_m = std::min(lowest_m, lower);
+    sole_m = lower;
     place_ << state.root.position_W_m, state.root.height_m;
     jump_ = jumps;
     in_sequence_ = director().plan(0) != nullptr;
@@ -89,6 +108,24 @@ TEST(FigureDirector, GoesToADrawerAndTakesWhatIsInIt) {
     EXPECT_EQ(rig.actions_seen.back(), "take");
     EXPECT_LT(rig.longest_jump_m, 0.04) << far;  // in 5 ms
     EXPECT_LT(rig.largest_jump_rad, 0.12) << far;
+  }
+}
+
+TEST(FigureDirector, AnyBodyStandsOnTheGroundAtADrawer) {
+  motion::MotionModel model =
+      motion::load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
+  for (const double size : {0.85, 1.0, 1.1}) {  // of the body that plays
+    motion::MotionModel sized = model;
+    for (auto& p : sized.body.offset_m) p *= size;
+    for (auto* points : {&sized.body.toe_m, &sized.body.heel_m, &sized.body.hand_m}) {
+      for (auto& p : *points) p *= size;
+    }
+    FigureRig rig(sized, &actions());
+    ASSERT_EQ(rig.director().to_drawer(0, {{4.0, 0.0}, 0.2}), "");
+    EXPECT_TRUE(rig.run(20.0)) << size;
+    EXPECT_GT(rig.lowest_m, -0.002) << size;  // a body of another height sank by 23 mm
+    EXPECT_LT(rig.sole_m, 0.002) << size;
+    EXPECT_GT(rig.flexion_rad, -0.035) << size;
   }
 }
 

@@ -77,14 +77,16 @@ LegLane random_leg(Random& random) {
   return leg;
 }
 
-TEST(Lanes, TheLegReachesTheTargetAndTheFootKeepsItsOrientation) {
+TEST(Lanes, TheLegReachesTheTargetAndTheFootTurnsByTheYawAlone) {
   Random random;
   int reached = 0;
   for (int n = 0; n < 5000; ++n) {
     const LegLane was = random_leg(random);
     LegLane leg = was;
-    const float dx = float(random(-0.08, 0.08)), dy = float(random(-0.08, 0.08));
-    move_ankle(dx, dy, leg);
+    const Vec3 target = was.ankle + Vec3{float(random(-0.08, 0.08)), float(random(-0.08, 0.08)),
+                                         float(random(-0.03, 0.03))};
+    const float yaw = float(random(-0.5, 0.5));
+    place_foot(target, std::cos(yaw), std::sin(yaw), leg);
     // the angles say the same as the points
     const Mat3 R_T = was.R_P * exp_lane(leg.hip_angle), R_S = R_T * exp_lane(leg.knee_angle);
     const Mat3 R_F = R_S * exp_lane(leg.ankle_angle);
@@ -92,55 +94,84 @@ TEST(Lanes, TheLegReachesTheTargetAndTheFootKeepsItsOrientation) {
     const Vec3 ankle = knee + R_S * Vec3{0, 0, -0.42F};
     ASSERT_LT((wide(knee) - wide(leg.knee)).norm(), 1e-5);
     ASSERT_LT((wide(ankle) - wide(leg.ankle)).norm(), 1e-5);
-    ASSERT_LT((wide(R_F) - wide(was.R_F)).norm(), 2e-5);
-    const Eigen::Vector3d target = wide(was.ankle) + Eigen::Vector3d(double(dx), double(dy), 0.0);
-    const double had = (wide(was.ankle) - wide(was.hip)).norm(),
-                 wanted = (target - wide(was.hip)).norm(),
+    ASSERT_LT((wide(R_F) - math::exp_so3({0.0, 0.0, double(yaw)}) * wide(was.R_F)).norm(), 3e-5);
+    const double wanted = (wide(target) - wide(was.hip)).norm(),
                  length = (wide(leg.ankle) - wide(was.hip)).norm();
-    if (std::max(had, wanted) < 0.82) {
-      ASSERT_LT((wide(leg.ankle) - target).norm(), 5e-6);
+    if (wanted < 0.826) {
+      ASSERT_LT((wide(leg.ankle) - wide(target)).norm(), 5e-6);
       ++reached;
-    } else {  // less than wanted, and never straight
-      ASSERT_LT(std::abs(length - had), std::abs(wanted - had) + 5e-6);
-      ASSERT_LT(length, 0.83);
+    } else {  // less than wanted, in its direction, and never straight
+      ASSERT_LT(length, std::min(wanted + 5e-6, 0.83));
+      ASSERT_GT(length, 0.826);
+      ASSERT_LT((wide(leg.ankle) - wide(was.hip)).cross(wide(target) - wide(was.hip)).norm(), 5e-6);
     }
-    ASSERT_LT((wide(leg.knee) - wide(was.knee)).norm(), 0.25);  // same side
   }
   EXPECT_GT(reached, 3000);
 }
 
-/// A knee is no ball: a leg of any flexion whose foot is held while the body passes over it neither
-/// bends backward nor snaps.
-TEST(Lanes, TheKneeOfAHeldFootBendsForwardAndSlowly) {
-  constexpr float kStep = 1e-4F;  // m
-  for (const float flexion : {0.0F, 0.01F, 0.05F, 0.1F, 0.2F, 0.5F, 1.0F}) {
+LegLane standing_leg(float flexion, float swing) {
+  LegLane leg;
+  leg.hip = {0.0F, 0.1F, 0.9F};
+  leg.hip_angle = {0.0F, swing - 0.5F * flexion, 0.0F};
+  leg.knee_angle = {0.0F, flexion, 0.0F};
+  leg.ankle_angle = {0.0F, -swing - 0.5F * flexion, 0.0F};
+  leg.R_P = exp_lane({0.0F, 0.0F, 0.0F});
+  leg.R_T = exp_lane(leg.hip_angle);
+  leg.R_S = leg.R_T * exp_lane(leg.knee_angle);
+  leg.R_F = leg.R_S * exp_lane(leg.ankle_angle);
+  leg.knee = leg.hip + leg.R_T * Vec3{0, 0, -0.41F};
+  leg.ankle = leg.knee + leg.R_S * Vec3{0, 0, -0.42F};
+  return leg;
+}
+
+/// A knee is no ball: a leg whose foot is placed anywhere, of any posture, also one that bends
+/// backward, neither bends backward nor snaps.
+TEST(Lanes, TheKneeFlexesAboutItsOwnAxisAndSlowly) {
+  constexpr float kStep = 1e-4F;                                   // m
+  const float steepest = 1.0F / std::sqrt(0.5F * 0.003F * 0.83F);  // rad/m, as place_foot() says
+  for (const float flexion : {-0.2F, -0.03F, 0.0F, 0.01F, 0.05F, 0.1F, 0.2F, 0.5F, 1.0F}) {
     for (const float swing : {-0.5F, -0.2F, 0.0F, 0.2F, 0.5F}) {
-      LegLane was;
-      was.hip = {0.0F, 0.1F, 0.9F};
-      was.hip_angle = {0.0F, swing - 0.5F * flexion, 0.0F};
-      was.knee_angle = {0.0F, flexion, 0.0F};
-      was.ankle_angle = {0.0F, -swing - 0.5F * flexion, 0.0F};
-      was.R_P = exp_lane({0.0F, 0.0F, 0.0F});
-      was.R_T = exp_lane(was.hip_angle);
-      was.R_S = was.R_T * exp_lane(was.knee_angle);
-      was.R_F = was.R_S * exp_lane(was.ankle_angle);
-      was.knee = was.hip + was.R_T * Vec3{0, 0, -0.41F};
-      was.ankle = was.knee + was.R_S * Vec3{0, 0, -0.42F};
-      float before = flexion;
-      for (int n = 1; n <= 1000; ++n) {
-        for (const float way : {1.0F, -1.0F}) {
+      const LegLane was = standing_leg(flexion, swing);
+      for (const Vec3 way : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
+        float before = 0.0F;
+        for (int n = 0; n <= 1000; ++n) {
           LegLane leg = was;
-          move_ankle(way * kStep * static_cast<float>(n), 0.0F, leg);
-          ASSERT_GT(leg.knee_angle.y, -1e-3F) << flexion << ' ' << swing << ' ' << n;
-          if (way < 0.0F) continue;
-          ASSERT_LT(std::abs(leg.knee_angle.y - before),
-                    n == 1 ? 5e-3F : 25.0F * kStep)  // the first bends it
-              << flexion << ' ' << swing << ' ' << n;
+          place_foot(was.ankle + (kStep * static_cast<float>(n)) * way, 1.0F, 0.0F, leg);
+          ASSERT_GT(leg.knee_angle.y, 0.0F) << flexion << ' ' << swing << ' ' << n;
+          ASSERT_LT(std::abs(leg.knee_angle.x) + std::abs(leg.knee_angle.z), 1e-5F);
+          if (n > 0) {
+            ASSERT_LT(std::abs(leg.knee_angle.y - before), 1.05F * steepest * kStep)
+                << flexion << ' ' << swing << ' ' << n;
+          }
           before = leg.knee_angle.y;
         }
       }
     }
   }
+}
+
+TEST(Lanes, ALegThatIsNearlyStraightIsOneAndAHalfMillimetresShort) {
+  LegLane leg = standing_leg(0.0F, 0.0F);
+  const Vec3 straight = leg.ankle;
+  place_foot(straight, 1.0F, 0.0F, leg);
+  EXPECT_NEAR(double(leg.ankle.z - straight.z), 0.0015, 1e-5);
+  EXPECT_GT(leg.knee_angle.y, 0.1F);
+}
+
+TEST(Lanes, SolesAreTheLowerEndRounded) {
+  EXPECT_FLOAT_EQ(sole_lane(0.02F, 0.02F), 0.02F);  // flat
+  EXPECT_NEAR(sole_lane(0.0F, 0.05F), 0.001, 1e-7);
+  EXPECT_NEAR(sole_lane(0.05F, 0.0F), 0.001, 1e-7);
+  float before = sole_lane(-0.01F, 0.0F), slope = 1.0F;
+  for (int n = 1; n <= 200; ++n) {  // of a slope that changes gradually
+    const float now = sole_lane(-0.01F + 1e-4F * static_cast<float>(n), 0.0F);
+    ASSERT_LT(std::abs((now - before) * 1e4F - slope), 0.06F);
+    slope = (now - before) * 1e4F;
+    before = now;
+  }
+  EXPECT_FLOAT_EQ(heel_share_lane(0.0F, 0.0F), 0.5F);
+  EXPECT_FLOAT_EQ(heel_share_lane(0.0F, 0.03F), 1.0F);
+  EXPECT_FLOAT_EQ(heel_share_lane(0.03F, 0.0F), 0.0F);
 }
 
 #if defined(__x86_64__)

@@ -175,7 +175,8 @@ TEST(RecordedWalk, FeetStandAsStillAsRecorded) {
   EXPECT_LT(locked.speed_m_s, 0.03);  // goal: 8.3 cm/s
   EXPECT_LT(locked.place_m, 0.006);   // goal: 1 cm
   EXPECT_LT(locked.speed_m_s, 0.6 * free.speed_m_s);
-  EXPECT_LT(locked.relative_m, free.relative_m + 0.001);  // the model's error, not the lock's
+  // the model's error, and what the feet that rest are displaced by while the pelvis goes smoothly
+  EXPECT_LT(locked.relative_m, free.relative_m + 0.007);
 }
 
 }  // namespace

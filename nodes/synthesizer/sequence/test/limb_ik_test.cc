@@ -33,8 +33,8 @@ TEST(LimbIk, FeetStandWhereTheyAreTold) {
     const int hip = side == kLeft ? mocap::kLeftHip : mocap::kRightHip;
     const auto pose = posed(body, hip, leg, R, root);
     const auto ankle = static_cast<std::size_t>(hip + 2);
-    EXPECT_LT((pose.p_WJ[ankle] - foot.p_W_ankle).norm(), 1e-9);
-    EXPECT_LT((pose.R_WJ[ankle] - foot_rotation(foot)).norm(), 1e-9);
+    EXPECT_LT((pose.p_WJ[ankle] - foot.p_W_ankle).norm(), 5e-6);
+    EXPECT_LT((pose.R_WJ[ankle] - foot_rotation(foot)).norm(), 1e-5);
     // toes up at a negative pitch; the knee is before the line from hip to ankle
     EXPECT_GT(pose.point(hip + 2, body.toe_m[side]).z(),
               pose.point(hip + 2, body.heel_m[side]).z());
@@ -66,7 +66,8 @@ TEST(LimbIk, FarTargetsStretchTheLimbAndSaySo) {
   const auto leg = leg_angles(body, kLeft, Eigen::Matrix3d::Identity(), {0, 0, 2.0},
                               {0, 0.085, 0.08}, Eigen::Matrix3d::Identity());
   EXPECT_NEAR(leg.short_by_m, 2.0 - 0.05 - 0.08 - 0.835, 1e-9);
-  EXPECT_NEAR(leg.axis_angle_rad[1].norm(), 0.0, 1e-6);
+  EXPECT_GT(leg.axis_angle_rad[1].y(), 0.0);  // never straight, and never backward
+  EXPECT_LT(leg.axis_angle_rad[1].norm(), 0.05);
 }
 
 TEST(FootPath, RollsOverHeelAndToeWithoutSlidingOrSinking) {
