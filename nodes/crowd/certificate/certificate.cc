@@ -364,7 +364,7 @@ class Certifier {
       const double slope = std::cos(t.within) - (delta > 0.0 ? t.within * std::sin(t.within) : 0.0);
       t.guaranteed_1_s = t.without_link_1_s = alpha * slope;
       const double most = t.within * std::cos(t.within);
-      if (t.remains < most) t.remains *= t.within / most;  // e cos e is concave
+      t.remains = t.remains < most ? t.remains * t.within / most : kUnknown;  // it is concave
       t.why += say("; at ", t.guaranteed_1_s, " at least while within ", t.within, " rad");
     }
     if (delta == 0.0) return;
@@ -473,7 +473,8 @@ class Certifier {
                 ", while sums of errors are below ", c.within, " m (|mu| <= ", r.limit, ")");
     const double beta = slowest() * g.least() / (fastest() * g.most());
     add_theorem6(c, r.graph, n_, beta, !agree());
-    if (!agree()) c.remains = kUnknown;  // distances oscillate with g(φ)
+    // Distances oscillate with g(φ), and unequal paces keep walkers apart.
+    if (!agree() || (gait_.spread_rad_s > 0.0 && !sure(all_.phase))) c.remains = kUnknown;
     behind_phases(c);
   }
 

@@ -324,7 +324,7 @@ std::string broken(const Curve& c) {
                overshoot = c.certificate["overshoot"];
   if (!c.certificate["in_the_end"]) {
     for (std::size_t i = 0; i < c.t.size(); ++i) {
-      const double bound = 1.02 * overshoot * c.e[0] * std::exp(-r * c.t[i]) + 1e-7;
+      const double bound = 1.02 * overshoot * c.e[0] * std::exp(-r * c.t[i]) + 1e-6;
       if (c.e[i] > bound) {
         return c.rule + " is " + std::to_string(c.e[i]) + " after " + std::to_string(c.t[i]) +
                " s, bound " + std::to_string(bound);
@@ -336,7 +336,7 @@ std::string broken(const Curve& c) {
   std::size_t from = c.e.size(), to = c.e.size();
   for (std::size_t i = c.e.size(); i-- > 0 && c.e[i] < 1e-3;) from = i;
   for (std::size_t i = from; i < c.e.size(); ++i) {
-    if (c.e[i] < 1e-7) {
+    if (c.e[i] < 1e-6) {
       to = i;
       break;
     }
@@ -474,7 +474,7 @@ Outcome judge(unsigned seed, const std::string& folder) {
     for (State* s : {&self, &phases, &places}) g.step(*s, t, h);
   }
   for (const Curve& c : curves) {
-    if (until >= 400.0 && c.e.back() > 1e-7 && c.certificate["in_the_end"])
+    if (until >= 400.0 && c.e.back() > 1e-6 && c.certificate["in_the_end"])
       continue;  // too slow to be judged
     const std::string why = broken(c);
     (why.empty() ? outcome.kept : outcome.broken).push_back(why.empty() ? c.rule : why);
