@@ -23,6 +23,7 @@ constexpr auto kPing = 500ms;
 constexpr auto kFirstPing = 20ms;   // until the clock is known
 constexpr std::size_t kEnough = 8;  // samples for that
 constexpr auto kReconnect = 1s;
+constexpr auto kEnds = 1s;         // ssh, once it has closed its output
 constexpr auto kConnecting = 30s;  // ssh with its logins
 constexpr Time kAhead = 1ms;       // clocks further apart are named
 
@@ -137,7 +138,9 @@ std::vector<HostEvent> FarHost::poll() {
   }
   follow_silence(now);
   const auto ending = ssh_.reap();
-  if (ending || !open) {
+  // ssh closes its output before it ends, and its exit code says more.
+  if (open || !closed_) closed_ = now;
+  if (ending || (!open && now - *closed_ > kEnds)) {
     if (!ending) ssh_.send(SIGKILL);
     close(ending ? "ssh " + ending->text() : "the connection ended", events);
   } else if (abandoned_ || now - heard_ > (was_up_ ? spec_.lost_after : nanoseconds(kConnecting))) {
@@ -225,6 +228,7 @@ void FarHost::close(const std::string& why, std::vector<HostEvent>& events) {
     say("host '{}' is lost: {}", name(), why);
   }
   up_ = silent_ = abandoned_ = false;
+  closed_.reset();
   while (!nodes_.empty()) forget(std::string(nodes_.begin()->first));
   for (const auto& [node, pid] : std::exchange(running_, {}))
     events.push_back({.node = node, .kind = Kind::ended, .ending = {.code = 255, .lost = name()}});

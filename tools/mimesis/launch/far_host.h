@@ -91,6 +91,7 @@ class FarHost final : public NodeHost {
   bool pinged_ = false;  ///< and not answered yet
   std::string failure_;
   WallTime heard_{}, next_ping_{}, connected_{};
+  std::optional<WallTime> closed_;  // last time that its output was open
   std::map<std::string, pid_t> running_;
   std::map<std::string, v1::NodeInfo> nodes_;  ///< its own in the graph
   std::vector<runtime::RegistryChange> news_;

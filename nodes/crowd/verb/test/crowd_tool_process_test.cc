@@ -153,7 +153,7 @@ TEST_F(Crowd, SaysWhatALeaderOfAnotherPaceHolds) {
   EXPECT_GE(leader()["remains"].get<double>(), root);
   EXPECT_LE(leader()["remains"].get<double>(), 1.15 * root);
   held.replace(held.find("leader_gain_1_s: 2.0"), 20, "leader_gain_1_s: 0.0");
-  held.replace(held.find("    rules:"), 10, "    beat_gain_1_s: 0.5\n    rules:");
+  held.replace(held.find("    rules:"), 10, "    beat_gain_1_s: 1.0\n    rules:");
   for (const auto& [rate, code] : {std::pair("5.4", 0), std::pair("5.9", 1)}) {
     EXPECT_EQ(run({"certify", written(held + "beat: {rate_rad_s: " + rate + "}\n"), "--json"}),
               code)
