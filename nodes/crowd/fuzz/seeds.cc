@@ -37,11 +37,11 @@ void add_scenarios(const Seeds& seeds) {
     text << std::ifstream(file.path()).rdbuf();
     if (file.path().extension() == ".yaml") seeds.add(file.path().filename(), 0, text.str());
   }
-  seeds.add("fuzz.yaml", 0, std::string(kFuzzScenario) + testing::kGaits);
+  seeds.add("fuzz.yaml", 0, std::string(kFuzzScenario) + crowd::testing::kGaits);
 }
 
 void add_messages(const Seeds& seeds) {
-  const testing::ScenarioFile file(kFuzzScenario);
+  const crowd::testing::ScenarioFile file(kFuzzScenario);
   ScenarioRun run(read_scenario(file.path()));
   v1::CrowdStates robot;
   robot.add_id(run.roster().external_id(1));
