@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 
@@ -72,21 +73,32 @@ void Guests::take_agents(const v1::CrowdStates& states, Time now) {
   }
 }
 
-/// Numbers of the external agents that have the names of a node's characters; -1: none has.
-const std::vector<int>& Guests::named(const std::string& node, int characters) {
-  std::vector<int>& found = named_[node];
-  while (static_cast<int>(found.size()) < characters) {
-    const auto& externals = run_.scenario().externals;
-    const std::size_t k = found.size();
-    const auto it = std::ranges::find_if(externals, [&](const External& e) {
-      return e.name == fmt::format("{}/{}", node, k) || (k == 0 && e.name == node);
-    });
-    found.push_back(it == externals.end() ? -1 : static_cast<int>(it - externals.begin()));
-    if (found.back() < 0) {
-      runtime::warn(
-          "character {} of '{}' takes no part: the scenario's `externals` name no '{}/{}'", k, node,
-          node, k);
+/// The external agents that have the names of a node's characters. What a message has more of is
+/// said once and costs nothing: anybody may publish it.
+const std::vector<Guests::Named>& Guests::named(const std::string& node, int characters) {
+  const auto [known, first_time] = named_.try_emplace(node);
+  std::vector<Named>& found = known->second;
+  if (!first_time) return found;
+  const auto& externals = run_.scenario().externals;
+  for (std::size_t e = 0; e < externals.size(); ++e) {
+    const std::string_view name = externals[e].name;
+    int character = 0;
+    if (name != node) {
+      if (!name.starts_with(node + '/')) continue;
+      const std::string_view number = name.substr(node.size() + 1);
+      const auto [end, bad] = std::from_chars(number.begin(), number.end(), character);
+      if (bad != std::errc{} || end != number.end() || character < 0) continue;
     }
+    found.push_back({character, static_cast<int>(e)});
+  }
+  const auto left_out = characters - std::ranges::count_if(found, [&](const Named& n) {
+                          return n.character < characters;
+                        });
+  if (left_out > 0) {
+    runtime::warn(
+        "{} of {} characters of '{}' take no part: the scenario's `externals` name none "
+        "of them, as '{}/0'",
+        left_out, characters, node, node);
   }
   return found;
 }
@@ -122,10 +134,8 @@ void Guests::take_characters(const v1::MotionBatch& batch, Time now) {
     return;
   }
   const std::string& node = characters_in_.source();
-  const std::vector<int>& numbers = named(node, n);
-  for (int i = 0; i < n; ++i) {
-    const int e = numbers[static_cast<std::size_t>(i)];
-    if (e < 0 || !moves(node, e, now)) continue;
+  for (const auto& [i, e] : named(node, n)) {
+    if (i >= n || !moves(node, e, now)) continue;
     AgentReport report;
     report.p_W_m = {static_cast<double>(batch.position_pelvis_in_world_m(3 * i)),
                     static_cast<double>(batch.position_pelvis_in_world_m(3 * i + 1))};
@@ -141,15 +151,17 @@ double Guests::step_s(int number) const {
   const std::string& name = scenario.externals[static_cast<std::size_t>(number)].name;
   const AgentId id = run_.roster().external_id(number);
   const int group = run_.crowd().group_of(id).value_or(run_.roster().home(id));
-  return kPi / (scenario.beat.agent == name ? scenario.beat.rate_rad_s
-                                            : run_.eigenfrequency_rad_s(group));
+  const bool beats = scenario.beat.agent == name && scenario.beat.rate_rad_s > 0.0;
+  return kPi / (beats ? scenario.beat.rate_rad_s : run_.eigenfrequency_rad_s(group));
 }
 
 /// A robot that waits, or has stopped for safety, takes part no longer.
 void Guests::take_robot(const v1::WalkFeedback& robot, Time now) {
   const std::string& node = robots_in_.source();
-  const int number = named(node, 1)[0];
-  if (number < 0 || !moves(node, number, now)) return;
+  const std::vector<Named>& found = named(node, 1);
+  const auto robot_of = std::ranges::find(found, 0, &Named::character);
+  if (robot_of == found.end() || !moves(node, robot_of->agent, now)) return;
+  const int number = robot_of->agent;
   if (!takes_part(robot.state())) {
     agents_.leave(number);
     bodies_.erase(number);

@@ -58,7 +58,11 @@ class Guests {
   void take_agents(const v1::CrowdStates& states, Time now);
   void take_characters(const v1::MotionBatch& batch, Time now);
   void take_robot(const v1::WalkFeedback& robot, Time now);
-  const std::vector<int>& named(const std::string& node, int characters);
+  /// A character of a node, and the number of its external agent.
+  struct Named {
+    int character, agent;
+  };
+  const std::vector<Named>& named(const std::string& node, int characters);
   bool moves(const std::string& node, int number, Time now);
   double step_s(int number) const;
   void hear(int number, const AgentReport& report, Time stamp, Time now);
@@ -75,8 +79,7 @@ class Guests {
     std::string node, other{};
     Time other_time{};
   };
-  std::map<std::string, std::vector<int>>
-      named_;                         // by node: agent of each of its characters, or -1
+  std::map<std::string, std::vector<Named>> named_;  // by node
   std::vector<std::string> reasons_;  // of their trust; like the maps by number of the agent
   std::map<int, Author> authors_;
   std::map<int, Body> bodies_;

@@ -38,7 +38,7 @@ struct AgentState {
   /// make room.
   static constexpr int kMostPressed = 10;
   int pressed = 0;
-  double held_s = 0.0;  ///< how long others have held it up, less the time since that it walked
+  double held_s = 0.0;  ///< for so long it is held up and looks for a way round; 0: it gets on
 };
 
 /// Constants of an agent, set from outside.

@@ -52,22 +52,26 @@ constexpr double kTouch = 0.1;      // gap at which agents push each other [m]
 // have arrived would lock others out.
 constexpr double kIdle = 2.0;  // the other wants to go this much faster
 
+constexpr double kStill = 0.3;  // an agent slower than this share of its wish counts as held
+constexpr double kAside = 0.1;  // less of a step aside than this part is no room
+
 // Who is held up for longer than this looks for a way round: it turns its wish to the right, then
 // to the left, then further, each for as long as this, until it gets on.
 constexpr double kPatience_s = 1.5;
 constexpr std::array kRound_rad = {0.0, 0.9, -0.9, 1.8, -1.8};
 constexpr double kOnward = 0.2;  // slower along its wish than this share of it is held up
 
+std::size_t way_round(double held_s) { return static_cast<std::size_t>(held_s / kPatience_s); }
+
+/// AgentState::held_s after a step. A way round is tried to its end, straight ahead until it fails.
+/// @param on  the agent gets on along its wish
 double held_after(double held_s, bool on, double dt_s) {
   const double after = held_s + dt_s;
-  const auto way = static_cast<std::size_t>(held_s / kPatience_s);
+  const std::size_t way = way_round(held_s);
   if (way == 0) return on ? std::max(0.0, held_s - dt_s) : after;
-  const bool straight = way % kRound_rad.size() == 0;
-  const bool ends = static_cast<std::size_t>(after / kPatience_s) != way;
+  const bool straight = way % kRound_rad.size() == 0, ends = way_round(after) != way;
   return on && (straight || ends) ? 0.0 : after;
 }
-constexpr double kStill = 0.3;  // an agent slower than this share of its wish counts as held
-constexpr double kAside = 0.1;  // less of a step aside than this part is no room
 
 /// The point nearest to `wish` on a line that is within other bounds.
 bool on_line(const Eigen::Vector2d& wish, const Bound& line, std::span<const Bound* const> others,
@@ -161,7 +165,7 @@ class Meeting {
 
   /// Agents inside of others go out; those that touch them make room, and so on outwards; all
   /// others do as they wish.
-  Eigen::Vector2d velocity(Crowd::Contacts& found) const {
+  Eigen::Vector2d velocity(Crowd::Contacts& found) {
     found.least_gap_m = std::min(found.least_gap_m, least_gap_);
     found.overlapping += inside_ ? 1 : 0;
     Eigen::Vector2d v = wish_ + with_length_up_to(pushed_, strongest_);
@@ -175,7 +179,7 @@ class Meeting {
     found.held += within != v ? 1 : 0;
     return within;
   }
-  /// It steps back for another, until there is room for both.
+  /// Its velocity is a step back for another, until there is room for both.
   bool gives_way() const { return gives_way_; }
   int pressed() const { return inside_ || retreats_ ? AgentState::kMostPressed : pressed_; }
 
@@ -183,7 +187,7 @@ class Meeting {
   /// Steering may balance between obstacles with two agents face to face, whose bounds hold both.
   /// Such an agent steps to its right, round the other; without room for that, one of them steps
   /// back until there is.
-  Eigen::Vector2d past(const Eigen::Vector2d& wish) const {
+  Eigen::Vector2d past(const Eigen::Vector2d& wish) {
     const Eigen::Vector2d right(facing_.y(), -facing_.x()), held = bounds_.nearest(wish);
     const double fast = std::sqrt(wish.squaredNorm());
     const double still = 1.0 - std::sqrt(held.squaredNorm()) / (kStill * fast);
@@ -206,7 +210,7 @@ class Meeting {
   double blocked_ = 0.0;  // speed of the agent towards the one that faces it most
   Eigen::Vector2d facing_ = Eigen::Vector2d::Zero();
   bool goes_first_ = false;
-  mutable bool gives_way_ = false;  // of the last velocity
+  bool gives_way_ = false;
   int pressed_ = 0;
 };
 
@@ -432,8 +436,7 @@ void Crowd::Impl::part(std::size_t at, Contacts& found) {
   if (table.role[row] == Role::own) {
     const Eigen::Vector2d wish = v;
     const double held = static_cast<double>(table.held[row]);
-    const auto way = static_cast<std::size_t>(held / kPatience_s);
-    const double round = kRound_rad[way % kRound_rad.size()];
+    const double round = kRound_rad[way_round(held) % kRound_rad.size()];
     if (round != 0.0) {
       const CosSin c = cos_sin_lane(round);
       v = Eigen::Vector2d(c.cos * v.x() + c.sin * v.y(), c.cos * v.y() - c.sin * v.x());

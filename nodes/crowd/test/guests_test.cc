@@ -101,20 +101,11 @@ TEST(CrowdNode, BadMessagesAreRefused) {
   EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED);
 }
 
-constexpr const char* kFigures = R"(
-name: figures
-until_s: 1000
-groups:
-  - name: square
-    count: 4
-    gait: walk
-    start: {columns: 2}
-    rules:
-      phase: {graph: all_to_all, gain_1_s: 0.2}
-externals:
-  - {name: left/1, group: square}
+/// Agents 6 and 7, after the robot.
+const std::string kFigures = square_with_robot("figures", "0.3", "",
+                                               R"(  - {name: left/1, group: square}
   - {name: right, group: square}
-)";
+)");
 
 /// Characters of a synthesizer, one beside the other, that walk on.
 void send_figures(Alone& crowd, const char* node, const std::vector<float>& y_m) {
@@ -142,8 +133,9 @@ TEST(CrowdNode, CharactersOfTwoSynthesizersTakePart) {
     if (crowd.now > 12s)
       way_m += 0.02 * static_cast<double>(crowd.states.velocity_in_world_m_s(10));
   }
-  EXPECT_EQ(crowd.trust(0), v1::CROWD_TRUST_TRUSTED);
+  EXPECT_EQ(crowd.trust(0), v1::CROWD_TRUST_ABSENT);
   EXPECT_EQ(crowd.trust(1), v1::CROWD_TRUST_TRUSTED);
+  EXPECT_EQ(crowd.trust(2), v1::CROWD_TRUST_TRUSTED);
   ASSERT_EQ(crowd.states.id_size(), 6);
   EXPECT_NEAR(crowd.states.phase_rate_rad_s(5), 5.0, 0.01) << "from two messages";
   EXPECT_NEAR(way_m, 2.2, 0.05) << "it hurries with its steps as the gait of its group does";
@@ -163,6 +155,21 @@ TEST(CrowdNode, CharactersOfTwoSynthesizersTakePart) {
     EXPECT_EQ(wish->characters(0), character);
     EXPECT_EQ(wish->shares(0).style(), "walk") << "as their group walks";
   }
+}
+
+/// Anybody may publish characters; those that no agent is named after are not looked at.
+TEST(CrowdNode, CharactersThatNobodyNamedCostNothing) {
+  Alone crowd(kFigures);
+  const std::vector<float> many(100'000, 3.0F);
+  for (int i = 0; i < 20; ++i) {
+    send_figures(crowd, "stranger", many);
+    send_figures(crowd, "left/1", {3.0F});  // the agent's name is not the node's
+    send_figures(crowd, "right", {9.0F});
+    crowd.step();
+  }
+  EXPECT_EQ(crowd.trust(1), v1::CROWD_TRUST_TRUSTED);  // a node may be called so
+  EXPECT_EQ(crowd.trust(2), v1::CROWD_TRUST_TRUSTED);
+  EXPECT_EQ(crowd.states.id_size(), 6);
 }
 
 /// Two programs that move one agent: the first one's word counts until it has been forgotten.
