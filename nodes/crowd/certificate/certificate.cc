@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/math/circle.h"
+#include "nodes/crowd/certificate/swaying_way.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -108,55 +108,6 @@ double most_links(const GraphSettings& settings, int n) {
   double most = 0.0;
   for (int i = 0; i < n; ++i) most = std::max(most, graph.degree(i));
   return most;
-}
-
-/// The way of period 2π about a lane on which sway keeps a walker.
-struct SwayingWay {
-  std::vector<double> psi, y;  // over one cycle
-  double most = 0.0;           // √(ψ² + y²)
-
-  std::pair<double, double> at(double phi_rad) const {
-    const double n = static_cast<double>(psi.size());
-    const double at = math::wrap_two_pi(phi_rad) / (2.0 * kPi) * n;
-    const double share = at - std::floor(at);
-    const auto i = static_cast<std::size_t>(at) % psi.size(), j = (i + 1) % psi.size();
-    return {psi[i] + share * (psi[j] - psi[i]), y[i] + share * (y[j] - y[i])};
-  }
-};
-
-/// Found by walking until it repeats; nothing if it does not.
-std::optional<SwayingWay> swaying_way(const SpeedFunction& g, const HeadingSway& sway, double m,
-                                      double ahead_m) {
-  constexpr int kSteps = 256, kCycles = 400;
-  SwayingWay way{std::vector<double>(kSteps), std::vector<double>(kSteps)};
-  if (sway.none()) return way;
-  const int steps = kSteps * std::clamp(static_cast<int>(m / 4.0) + 1, 1, 64);
-  const double h = 2.0 * kPi / steps;
-  const auto slope = [&](double phi, const Eigen::Vector2d& x) {
-    return Eigen::Vector2d(-m * std::sin(x[0] + std::atan(x[1])) + sway(phi),
-                           g(phi) * std::sin(x[0]) / ahead_m);
-  };
-  Eigen::Vector2d x = Eigen::Vector2d::Zero();
-  for (int cycle = 0; cycle < kCycles; ++cycle) {
-    const Eigen::Vector2d before = x;
-    way.most = 0.0;
-    for (int i = 0; i < steps; ++i) {
-      if (i % (steps / kSteps) == 0) {
-        const auto k = static_cast<std::size_t>(i / (steps / kSteps));
-        way.psi[k] = x[0];
-        way.y[k] = x[1];
-      }
-      way.most = std::max(way.most, x.norm());
-      const double phi = i * h;
-      const Eigen::Vector2d k1 = slope(phi, x), k2 = slope(phi + 0.5 * h, x + 0.5 * h * k1),
-                            k3 = slope(phi + 0.5 * h, x + 0.5 * h * k2),
-                            k4 = slope(phi + h, x + h * k3);
-      x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-    }
-    if (!x.allFinite() || way.most > 0.5 * kPi) return std::nullopt;
-    if ((x - before).norm() < 1e-9) return way;
-  }
-  return std::nullopt;
 }
 
 /// What the rules of one group guarantee together. Which acts on which decides: III is autonomous
@@ -737,47 +688,7 @@ std::array<const RuleCertificate*, 5> rules_of(const Certificate& c) {
   return {&c.frequency, &c.length, &c.phase, &c.tracking, &c.heading};
 }
 
-/// Largest angle between headings that the group keeps and its path.
-double off_path(const Scenario& scenario, const Group& group, const GroupNow& now) {
-  if (now.turned || scenario.grows(group.name)) return kPi;  // who comes has any heading
-  double off = 0.0;
-  const double omega = scenario.gait(group.gait)->eigenfrequency_rad_s;
-  for (const AgentStart& a : starts(group, omega, static_cast<std::uint64_t>(scenario.seed))) {
-    off = std::max(off, std::abs(math::wrap_pi(a.heading_rad - group.heading_rad)));
-  }
-  return off;
-}
-
-/// Who comes from other groups differs from the gait as it did there.
-double spread(const Scenario& scenario, const Group& group) {
-  double most = group.spread_rad_s;
-  for (const Group& other : scenario.groups) {
-    if (scenario.grows(group.name)) most = std::max(most, other.spread_rad_s);
-  }
-  return most;
-}
-
 }  // namespace
-
-Certificate certify(const Scenario& scenario, const GroupNow& now) {
-  const Group& group = scenario.groups[static_cast<std::size_t>(now.group)];
-  const Gait& gait = scenario.gaits[static_cast<std::size_t>(now.gait)];
-  const bool beats = group.beat_gain_1_s > 0.0;
-  Rules rules = now.rules;
-  if (beats) rules.phase.leader_gain_1_s = 0.0;  // no agent leads
-  // A beat leads any agent of a group, also those that come later.
-  Certificate c = certify(rules, std::max(beats ? 1 : 0, now.agents),
-                          {.gait = gait.speed(),
-                           .eigenfrequency_rad_s = gait.eigenfrequency_rad_s,
-                           .spread_rad_s = spread(scenario, group),
-                           .beat_gain_1_s = group.beat_gain_1_s,
-                           .beat_rate_rad_s = scenario.beat.rate_rad_s,
-                           .sway = gait.sway(),
-                           .off_path_rad = off_path(scenario, group, now),
-                           .step_s = scenario.step_s});
-  c.agents = now.agents;
-  return c;
-}
 
 const char* to_string(Guarantee guarantee) {
   constexpr std::array kNames = {"off", "none", "contracting"};
@@ -801,36 +712,6 @@ std::optional<double> Certificate::rate_1_s() const {
 
 Certificate certify(const Rules& rules, int n, const GaitRange& gait) {
   return Certifier(rules, n, gait).run();
-}
-
-std::vector<Stage> certify(const Scenario& scenario) {
-  std::vector<Stage> stages;
-  for (std::size_t g = 0; g < scenario.groups.size(); ++g) {
-    const Group& group = scenario.groups[g];
-    const auto guests = std::ranges::count(scenario.externals, group.name, &External::group);
-    GroupNow now{.group = static_cast<int>(g),
-                 .rules = group.rules,
-                 .gait = scenario.gait_number(group.gait),
-                 .agents = group.count + static_cast<int>(guests)};
-    const auto add = [&](double from_s, const std::string& gait) {
-      stages.push_back({group.name, gait, from_s, now.rules, now.agents, certify(scenario, now)});
-      if (guests == 0) return;
-      stages.back().certificate.notes.push_back(
-          say("agents from outside follow by laws of their own: nothing is said of ", guests,
-              " of ", now.agents));
-    };
-    std::string gait = group.gait;
-    add(0.0, gait);
-    for (const Change& change : scenario.schedule) {
-      if (change.group != group.name) continue;
-      now.turned = now.turned || now.rules.heading.kind != HeadingKind::keep;
-      now.rules = change.rules;
-      if (!change.gait.empty()) gait = change.gait;
-      now.gait = scenario.gait_number(gait);
-      add(change.at_s, gait);
-    }
-  }
-  return stages;
 }
 
 std::vector<TopologyLimit> topology_limits(const SpeedFunction& gait) {
