@@ -158,19 +158,13 @@ void Closeness::observe(std::span<const Disc> discs) {
     least_x = std::min(least_x, d.x_m), most_x = std::max(most_x, d.x_m);
     least_y = std::min(least_y, d.y_m), most_y = std::max(most_y, d.y_m);
   }
-  // The nearest pair so far bounds how far apart a nearer one can be; at first a guess does, by
-  // their density.
-  const double across = discs.size() > 1 ? std::hypot(most_x - least_x, most_y - least_y) : 0.0;
+  // The nearest pair so far bounds how far apart a nearer one can be. At first the density does: of
+  // N points in a box with diagonal D two are within 2 D/√N, and the least gap is no larger.
+  const double across = discs.empty() ? 0.0 : std::hypot(most_x - least_x, most_y - least_y);
   const double size = static_cast<double>(std::max<std::size_t>(discs.size(), 1));
-  double reach = std::max(3.0 * widest + 0.1, 2.0 * across / std::sqrt(size));
-  for (;;) {
-    const double nearer = std::max(2.0 * widest + std::max(least_gap_m_, 0.0), least_distance_m_);
-    reach = std::min(reach, nearer * (1.0 + 1e-12));
-    look(discs, std::max(reach, 1e-6));
-    const double now = std::max(2.0 * widest + std::max(least_gap_m_, 0.0), least_distance_m_);
-    if (reach >= now || reach > across) break;  // nobody nearer is farther away than was looked
-    reach *= 2.0;
-  }
+  const double dense = 2.0 * across / std::sqrt(size);
+  const double nearer = std::max(2.0 * widest + std::max(least_gap_m_, 0.0), least_distance_m_);
+  look(discs, std::max(1e-6, std::min(2.0 * widest + dense, nearer * (1.0 + 1e-12))));
   std::ranges::sort(overlapping_);
   for (const auto& pair : overlapping_) {
     collisions_ += std::ranges::binary_search(before_, pair) ? 0 : 1;

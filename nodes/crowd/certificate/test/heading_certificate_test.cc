@@ -3,8 +3,10 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <complex>
 
 #include "nodes/crowd/certificate/rate_fit.h"
+#include "nodes/crowd/certificate/swaying_way.h"
 #include "nodes/crowd/certificate/test/line.h"
 
 namespace mimesis::crowd {
@@ -117,6 +119,40 @@ TEST(Certificate, HeadingsComeToTheirGoalsAsFastAsGuaranteedWhileThoseAreFar) {
   EXPECT_TRUE(tight);
   rules.length = {.graph = {Topology::ring}, .gain_1_m = 0.1, .limit = 0.4};  // longer steps
   EXPECT_NEAR(certify(rules, 5, gait()).heading.beyond_m, 1.4 * c.beyond_m, 1e-12);
+}
+
+/// Where the lane is far ahead, ψ' = −m ψ + g^ψ: a harmonic a e^{ikφ} of the sway is a/(m + ik) of
+/// the heading; nearer, walkers end on the way that was found.
+TEST(Certificate, SwayKeepsWalkersOnOneWay) {
+  const std::vector<double> cosine{0.012, -0.004, 0.0, 0.002}, sine{-0.006, 0.003, 0.005, 0.0};
+  const std::vector<double> steps{0.0, 0.03};
+  const HeadingSway sway = HeadingSway::make(cosine, sine);
+  const SpeedFunction g(0.2, {}, steps);
+  const double m = 0.8;
+  const auto far = swaying_way(g, sway, m, 1e9);
+  ASSERT_TRUE(far);
+  for (const double phi : {0.1, 1.3, 2.9, 5.5}) {
+    double wanted = 0.0;
+    for (int k = 1; k <= 4; ++k) {
+      const auto h = static_cast<std::size_t>(k - 1);
+      const std::complex<double> a(cosine[h], -sine[h]);
+      wanted += (a * std::polar(1.0, k * phi) / std::complex<double>(m, k)).real();
+    }
+    EXPECT_NEAR(far->at(phi).first, wanted, 1e-5);
+    EXPECT_NEAR(far->at(phi).second, 0.0, 1e-6);
+  }
+  const double ahead = 1.5;
+  const auto near = swaying_way(g, sway, m, ahead);
+  ASSERT_TRUE(near);
+  double psi = 0.2, y = -0.1, phi = 0.0;
+  const double h = 1e-3;
+  for (; phi < 60.0 * M_PI; phi += h) {
+    psi += h * (-m * std::sin(psi + std::atan(y)) + sway(phi));
+    y += h * g(phi) * std::sin(psi) / ahead;
+  }
+  EXPECT_NEAR(near->at(phi).first, psi, 1e-4);
+  EXPECT_NEAR(near->at(phi).second, y, 1e-4);
+  EXPECT_NEAR(near->most, 0.02, 0.02);
 }
 
 }  // namespace

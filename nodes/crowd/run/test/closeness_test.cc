@@ -68,6 +68,31 @@ TEST(Closeness, FindsWhatAllPairsHave) {
   EXPECT_GT(overlaps, 0u);
 }
 
+/// The first look has no pair to go by: few and many, in a row, a square, and of other sizes.
+TEST(Closeness, FindsTheNearestAtTheFirstLook) {
+  std::mt19937 engine(5);
+  std::uniform_real_distribution<double> place(0.0, 1.0), radius(0.0, 3.0);
+  for (int round = 0; round < 400; ++round) {
+    const int n = 2 + round % 30;
+    const double wide = round % 3 == 0 ? 0.0 : 50.0;
+    Discs discs;
+    double gap = 1e9, distance = 1e9;
+    for (int i = 0; i < n; ++i) {
+      discs.push_back({static_cast<AgentId>(i + 1), 50.0 * place(engine), wide * place(engine),
+                       round % 2 == 0 ? 0.2 : radius(engine)});
+      for (int j = 0; j < i; ++j) {
+        const Closeness::Disc &a = discs.back(), &b = discs[static_cast<std::size_t>(j)];
+        distance = std::min(distance, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m));
+        gap = std::min(gap, std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) - a.radius_m - b.radius_m);
+      }
+    }
+    Closeness near;
+    near.observe(discs);
+    EXPECT_NEAR(near.least_distance_m(), distance, 1e-9) << n;
+    EXPECT_NEAR(near.least_gap_m(), gap, 1e-9) << n;
+  }
+}
+
 TEST(Closeness, DoesNotAllocateOnceItHasRun) {
   Closeness near;
   Discs discs;
