@@ -111,7 +111,7 @@ std::vector<std::string> options(const testing::ScenarioFile& file) {
   return {"--set", "scenario=" + file.path(), "--in", "agents=test/agents"};
 }
 
-TEST(CrowdProcess, GoesOnWhenAnAgentsProcessIsKilled) {
+TEST(CrowdProcess, TrustsALateAgentNoMoreUntilItIsBackAndGoesOnWithoutOneThatIsKilled) {
   const testing::ScenarioFile file(kGuest);
   TestGraph graph;
   AgentProcess agent(graph);
@@ -120,6 +120,10 @@ TEST(CrowdProcess, GoesOnWhenAnAgentsProcessIsKilled) {
   ASSERT_TRUE(crowd.until_trust(v1::CROWD_TRUST_TRUSTED)) << node.errors();
   ASSERT_TRUE(crowd.until_step(crowd.step + 20));
   EXPECT_EQ(crowd.agents, 5);
+  agent.signal(SIGSTOP);
+  ASSERT_TRUE(crowd.until_trust(v1::CROWD_TRUST_LAGGING)) << node.errors();
+  agent.signal(SIGCONT);
+  ASSERT_TRUE(crowd.until_trust(v1::CROWD_TRUST_TRUSTED)) << node.errors();
   agent.signal(SIGKILL);
   ASSERT_TRUE(crowd.until_trust(v1::CROWD_TRUST_LAGGING)) << node.errors();
   EXPECT_NE(crowd.status.externals(0).reason().find("its last state is"), std::string::npos);
@@ -130,20 +134,6 @@ TEST(CrowdProcess, GoesOnWhenAnAgentsProcessIsKilled) {
   ASSERT_TRUE(crowd.until_step(crowd.step + 20));
   EXPECT_EQ(crowd.agents, 4);
   EXPECT_EQ(crowd.certificate.guarantees(0).agents(), 4u);
-  EXPECT_EQ(node.terminate(), 0) << node.errors();
-}
-
-TEST(CrowdProcess, TrustsALateAgentNoMoreUntilItIsBack) {
-  const testing::ScenarioFile file(kGuest);
-  TestGraph graph;
-  AgentProcess agent(graph);
-  Process node(graph, kCrowd, options(file));
-  Listener crowd(graph);
-  ASSERT_TRUE(crowd.until_trust(v1::CROWD_TRUST_TRUSTED)) << node.errors();
-  agent.signal(SIGSTOP);
-  ASSERT_TRUE(crowd.until_trust(v1::CROWD_TRUST_LAGGING)) << node.errors();
-  agent.signal(SIGCONT);
-  ASSERT_TRUE(crowd.until_trust(v1::CROWD_TRUST_TRUSTED)) << node.errors();
   EXPECT_EQ(node.terminate(), 0) << node.errors();
   EXPECT_NE(node.errors().find("agent 'robot' is not trusted"), std::string::npos);
 }

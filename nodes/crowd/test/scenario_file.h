@@ -32,52 +32,6 @@ groups:
       heading: {kind: lane, gain: 0.6}
 )";
 
-inline constexpr const char* kChain = R"(
-name: chain
-until_s: 1000
-groups:
-  - name: column
-    count: 9
-    gait: walk
-    origin_x_m: -2
-    start: {columns: 3, spacing_m: 1.8, across_m: 1.4, jitter_m: 0.4}
-    formation: {shape: grid, columns: 3, spacing_m: 1.5, across_m: 1.2}
-    rules:
-      length: {graph: chain, gain_1_m: 0.4, limit: 0.4}
-      phase: {graph: chain, gain_1_s: 2.0}
-      heading: {kind: lane, gain: 0.6}
-)";
-
-inline constexpr const char* kLeader = R"(
-name: leader
-until_s: 1000
-groups:
-  - name: followers
-    count: 6
-    gait: walk
-    origin_x_m: -1
-    spread_rad_s: 0.2
-    start: {columns: 3, jitter_m: 0.2}
-    rules:
-      phase: {graph: all_to_all, gain_1_s: 0.2, leader_gain_1_s: 1.0}
-      heading: {kind: consensus, gain: 0.3}
-)";
-
-inline constexpr const char* kBeat = R"(
-name: beat
-until_s: 1000
-beat: {phase_rad: 0.5, rate_rad_s: 5.7}
-groups:
-  - name: dancers
-    count: 6
-    gait: walk
-    origin_x_m: -1
-    start: {columns: 3, jitter_m: 0.2}
-    rules:
-      phase: {graph: all_to_all, gain_1_s: 0.2}
-    beat_gain_1_s: 1.0
-)";
-
 /// A scenario in a temporary file.
 class ScenarioFile {
  public:
