@@ -7,6 +7,8 @@ std::vector<reproduce::Figure> figures() {
   add_start_figures(all);
   add_rate_figures(all);
   add_leader_figures(all);
+  add_movie_figures(all);
+  add_speed_figure(all);
   add_frequency_figures(all);
   add_low_pass_figures(all);
   add_consensus_figures(all);

@@ -14,6 +14,8 @@ std::vector<reproduce::Figure> figures();
 void add_rate_figures(std::vector<reproduce::Figure>& to);       // table 4.1, 4.5, 4.6
 void add_start_figures(std::vector<reproduce::Figure>& to);      // 4.3, random starts
 void add_leader_figures(std::vector<reproduce::Figure>& to);     // 4.7
+void add_movie_figures(std::vector<reproduce::Figure>& to);      // movies 1 to 5
+void add_speed_figure(std::vector<reproduce::Figure>& to);       // 4.9a
 void add_frequency_figures(std::vector<reproduce::Figure>& to);  // 4.11, divergence
 void add_low_pass_figures(std::vector<reproduce::Figure>& to);
 void add_consensus_figures(std::vector<reproduce::Figure>& to);

@@ -62,7 +62,7 @@ HopfOutcome run(const HopfTrials& t) {
     return rate;
   };
   const double stiff =
-      4.0 * t.k_1_s * std::max(1.0, 0.25 * t.n);  // above kλ_max of all graphs here
+      4.0 * std::abs(t.k_1_s) * std::max(1.0, 0.25 * t.n);  // above kλ_max of all graphs here
   const int per_sample =
       static_cast<int>(std::ceil(t.sample_s / std::min(t.dt_s, 1.0 / stiff) - 1e-9));
   const double dt = t.sample_s / per_sample;

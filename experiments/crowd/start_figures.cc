@@ -177,7 +177,7 @@ double seen_elsewhere(Way way, Topology topology, int n) {
   return all && way == Way::wrapped ? std::array{0.64, 0.33, 0.21}[i] : 1.0;
 }
 
-Report starts(const PlotDir&) {
+Report random_start(const PlotDir&) {
   constexpr Topology kStartGraphs[] = {Topology::chain, Topology::star, Topology::ring,
                                        Topology::wheel, Topology::all_to_all};
   Report report;
@@ -223,7 +223,7 @@ void add_start_figures(std::vector<reproduce::Figure>& to) {
   to.emplace_back("fig-4.3", "two pairs of phases come into step, when depends on the start", "M18",
                   Declared{.closed_form = 4}, pairs);
   to.emplace_back("random-starts", "500 random starts on every coupling graph", "M18",
-                  Declared{.closed_form = 4, .prototype = 24, .goal = 18}, starts);
+                  Declared{.closed_form = 4, .prototype = 24, .goal = 18}, random_start);
 }
 
 }  // namespace mimesis::crowd

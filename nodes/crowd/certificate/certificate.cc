@@ -48,7 +48,15 @@ Extremes extremes_of(const GraphSettings& settings, int n,
                         {"join the parts by links: lambda+ > 0"});
       return {};
     }
-    return extremes(graph);
+    const Extremes found = extremes(graph);
+    if (found.directed && found.least == 0.0) {
+      refusal = refused(
+          "not everybody is heard by everybody, directly or through others (or there are more than "
+          "600): no bound is known along such a directed graph (4.28)",
+          {"links that make it strongly connected"});
+      return {};
+    }
+    return found;
   } catch (const ConfigError& e) {
     refusal = refused(e.what(), {"another graph, or more agents"});
     return {};
@@ -97,7 +105,8 @@ bool same(const GraphSettings& a, const GraphSettings& b) {
   const auto equal = [](const Edge& x, const Edge& y) {
     return x.i == y.i && x.j == y.j && x.weight == y.weight;
   };
-  return a.topology == b.topology && std::ranges::equal(a.edges, b.edges, equal);
+  return a.topology == b.topology && a.directed == b.directed &&
+         std::ranges::equal(a.edges, b.edges, equal);
 }
 
 /// Largest sum of weights at a node.
@@ -148,6 +157,18 @@ class Certifier {
     const Extremes kept = c.extremes;
     c = refused(std::move(why), {std::move(change)});
     c.extremes = kept;
+  }
+  /// Factor by which errors may first grow [Euclidean against L⁺, L, or Π].
+  static double growth(const Extremes& e) {
+    return e.directed ? e.skew : std::sqrt(e.most / e.least);
+  }
+  /// In the metric Π all speeds must be equal.
+  bool alike() const { return gait_.spread_rad_s == 0.0 && !sways() && agree(); }
+  bool uneven_along(RuleCertificate& c) const {
+    if (!c.extremes.directed || alike()) return false;
+    refuse(c, "no bound is known along a directed graph with speeds that differ",
+           "equal eigenfrequencies and II with III, or a graph without directions");
+    return true;
   }
   static void promise(RuleCertificate& c, double guaranteed, double expected, double without_link) {
     c.guarantee = Guarantee::contracting;
@@ -257,7 +278,7 @@ class Certifier {
     const int coupled = alpha > 0.0 && !beat ? n_ - 1 : n_;  // the leader is coupled to no agent
     std::optional<RuleCertificate> refusal;
     if (k > 0.0 && coupled > 1) c.extremes = extremes_of(r_.phase.graph, coupled, refusal);
-    if (refusal && alpha == 0.0) {
+    if (refusal && (alpha == 0.0 || r_.phase.graph.directed)) {
       c = *refusal;
       return;
     }
@@ -278,8 +299,10 @@ class Certifier {
     c.why += say(" while phases are within ", c.within, " rad, where nobody has to wait");
     // (k L + α) e = ω − mean: all-to-all 2 s/rate apart; else |e| <= √n s/rate and apart by √2 |e|.
     const double spread = gait_.spread_rad_s;
-    c.remains =
-        all_to_all || coupled < 2 ? 2.0 * spread / rate : std::sqrt(2.0 * coupled) * spread / rate;
+    c.remains = all_to_all || coupled < 2
+                    ? 2.0 * spread / rate
+                    : std::sqrt(2.0 * coupled) * c.extremes.skew * spread / rate;
+    c.overshoot = c.extremes.skew;
     if (spread > 0.0) {
       c.why += say("; eigenfrequencies that differ by up to ", 2.0 * spread, " rad/s lock up to ",
                    c.remains, " rad apart");
@@ -376,7 +399,11 @@ class Certifier {
       return give_up("a saturation moves the mean phase: no bound is known", "no saturation");
     }
     const double least = c.extremes.least, most = c.extremes.most;
-    c.overshoot = std::sqrt(most / least);  // Euclidean against L⁺
+    if (c.extremes.directed && (!even() || !alike() || filtered)) {
+      return give_up("no bound is known along a directed graph but for an even gait",
+                     "II and III, or a graph without directions");
+    }
+    c.overshoot = growth(c.extremes);
     c.within = slowest() / m;
     const double slow = std::cos(most_sway()) * g.least();  // ż = v cos ψ
     const auto rate = [&](double connectivity) {
@@ -397,7 +424,7 @@ class Certifier {
                                   alpha / (g.most() * most)));
       }
     }
-    add_theorem6(c, r.graph, n_, g.least() / g.most(), true);
+    if (!c.extremes.directed) add_theorem6(c, r.graph, n_, g.least() / g.most(), true);
     if (!even()) c.remains = kUnknown;  // distances oscillate with g(φ)
   }
 
@@ -408,7 +435,9 @@ class Certifier {
     const LengthRule& r = r_.length;
     const SpeedFunction& g = gait_.gait;
     const double m = r.gain_1_m, omega = pace();
-    if (c.extremes.least == 0.0 || repels(c, "m_z", m, omega) || off_path(c)) return;
+    if (c.extremes.least == 0.0 || repels(c, "m_z", m, omega) || off_path(c) || uneven_along(c)) {
+      return;
+    }
     if (!(slowest() > 0.0)) {
       return refuse(c, "a phase does not advance: contraction needs omega > 0 (4.4.2)",
                     "a spread of eigenfrequencies below omega_0");
@@ -418,12 +447,12 @@ class Certifier {
     promise(c, per_link * c.extremes.least, m * along * omega * g.mean() * c.extremes.least,
             per_link * lost(r.graph));
     c.within = r.limit / m;
-    c.overshoot = std::sqrt(c.extremes.most / c.extremes.least);
+    c.overshoot = growth(c.extremes);
     c.why = say("rate m_z omega ", agree() ? "<g>" : "g_min", " lambda+ = ", m, " * ", slowest(),
                 " * ", agree() ? g.mean() : g.least(), " * ", c.extremes.least,
                 ", while sums of errors are below ", c.within, " m (|mu| <= ", r.limit, ")");
     const double beta = slowest() * g.least() / (fastest() * g.most());
-    add_theorem6(c, r.graph, n_, beta, !agree());
+    if (!c.extremes.directed) add_theorem6(c, r.graph, n_, beta, !agree());
     // Distances oscillate with g(φ), and unequal paces keep walkers apart.
     if (!agree() || (gait_.spread_rad_s > 0.0 && !sure(all_.phase))) c.remains = kUnknown;
     behind_phases(c);
@@ -464,6 +493,8 @@ class Certifier {
     } else if (!same(r_.frequency.graph, r_.length.graph) ||
                !same(r_.frequency.graph, r_.phase.graph)) {
       why = "no bound is known for I, II and III along different graphs";
+    } else if (c.extremes.directed) {
+      why = "no bound is known for I, II and III along a directed graph";
     } else if (r_.frequency.low_pass_rad_s > 0.0) {
       why = "no bound is known for I, II and III with a low-pass";
     } else {
@@ -515,6 +546,9 @@ class Certifier {
     }
     c = graphed(r.gain, r.graph);
     if (c.extremes.least == 0.0) return;
+    if (c.extremes.directed) {
+      return refuse(c, "no bound is known for headings along a directed graph", "one without");
+    }
     double zero = 0.5 * kPi;  // zero of the slope
     for (double delta = 0.0; delta < 0.5 * kPi; delta += 1e-3) {
       if (pull_slope(delta, r.spread_rad) > 0.0) continue;

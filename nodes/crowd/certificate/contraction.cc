@@ -63,6 +63,38 @@ Extremes bounds(const CouplingGraph& graph) {
   return {least, most, false};
 }
 
+/// πᵀL = 0, Σπ = 1, by elimination without differences [Grassmann, Taksar, Heyman 1985].
+/// @pre strongly connected
+Eigen::VectorXd left_null(const CouplingGraph& graph) {
+  const int n = graph.size();
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
+  for (int i = 0; i < n; ++i) {
+    for (const auto& other : graph.neighbours(i)) a(i, other.index) = other.weight;
+  }
+  for (int k = n - 1; k > 0; --k) {
+    a.col(k).head(k) /= a.row(k).head(k).sum();
+    a.topLeftCorner(k, k) += a.col(k).head(k) * a.row(k).head(k);
+  }
+  Eigen::VectorXd left = Eigen::VectorXd::Ones(n);
+  for (int k = 1; k < n; ++k) left[k] = left.head(k).dot(a.col(k).head(k));
+  return left / left.sum();
+}
+
+Extremes directed_extremes(const CouplingGraph& graph) {
+  Extremes e{.directed = true};
+  for (int i = 0; i < graph.size(); ++i) e.most = std::max(e.most, 2.0 * graph.degree(i));
+  if (graph.size() > kMostExact || !graph.strongly_connected()) return e;
+  const Eigen::VectorXd left = left_null(graph), root = left.cwiseSqrt();
+  const Eigen::MatrixXd half =
+      root.asDiagonal() * graph.laplacian() * root.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (half + half.transpose()),
+                                                              Eigen::EigenvaluesOnly);
+  const double value = solver.eigenvalues()[1];
+  e.least = value > kZero * e.most ? value : 0.0;
+  e.skew = std::sqrt(left.maxCoeff() / left.minCoeff());
+  return e;
+}
+
 // limit of the search; larger graphs do not occur in one crowd
 constexpr int kMostAgents = 1 << 24;
 
@@ -96,6 +128,7 @@ Extremes extremes(Topology topology, int n) {
 Extremes extremes(const CouplingGraph& graph) {
   if (graph.topology() != Topology::weighted) return extremes(graph.topology(), graph.size());
   if (graph.size() < 2) return {};
+  if (graph.directed()) return directed_extremes(graph);
   if (graph.size() > kMostExact) return bounds(graph);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(graph.laplacian(),
                                                               Eigen::EigenvaluesOnly);
@@ -106,7 +139,7 @@ Extremes extremes(const CouplingGraph& graph) {
 
 double connectivity_without_link(const CouplingGraph& graph) {
   const int n = graph.size();
-  if (n < 3) return 0.0;
+  if (n < 3 || graph.directed()) return 0.0;
   switch (graph.topology()) {
     case Topology::none:
     case Topology::chain:

@@ -12,6 +12,9 @@ struct Extremes {
   double least = 0.0;  ///< λ⁺, the algebraic connectivity; 0 exactly where parts are not connected
   double most = 0.0;  ///< λ_max
   bool exact = true;  ///< false: bounds from below and above
+  bool directed = false;
+  /// factor by which an error that decays at λ⁺ may first grow where the graph is directed [1]
+  double skew = 1.0;
   /// α = λ⁺/λ_max in [0, 1]; 1 for fewer than two agents.
   double ratio() const { return most > 0.0 ? least / most : 1.0; }
 };
@@ -20,12 +23,19 @@ struct Extremes {
 /// O(n³), and of more than 600 nodes gets bounds instead: λ⁺ ≥ 4 w/(n diam) [M18 A.1, Mohar], diam
 /// at most twice the eccentricity of node 0, w the least weight; λ_max ≤ max (dᵢ + dⱼ) over edges
 /// [Anderson, Morley].
+///
+/// Of a strongly connected directed graph, with πᵀL = 0, Σπ = 1 and Π = diag π, ẋ = −L x contracts
+/// in the metric Π: (x − πᵀx 1) decays at half the second eigenvalue of Π^½LΠ^-½ + its transpose,
+/// which is λ⁺ here; Euclidean it may first grow by √(π_max/π_min). [Olfati-Saber, Murray 2004] for
+/// balanced graphs. λ_max is a bound of |λ|. Zero where it is not strongly connected, and for more
+/// than 600 nodes.
 Extremes extremes(Topology topology, int n);
 Extremes extremes(const CouplingGraph& graph);
 
 /// λ⁺ after the worst loss of one link: 0 for chains and stars, the chain's value for a ring, n − 2
-/// for all-to-all [M18 B.3.4]. For wheels and weighted graphs of up to 30 nodes by Eigen; for
-/// larger ones, where a link of weight w goes, Weyl's bound λ⁺ − 2w [M18 A.6], or 0.
+/// for all-to-all [M18 B.3.4], of directed ones 0: not known. For wheels and weighted graphs of up
+/// to 30 nodes by Eigen; for larger ones, where a link of weight w goes, Weyl's bound λ⁺ − 2w [M18
+/// A.6], or 0.
 double connectivity_without_link(const CouplingGraph& graph);
 
 // Contraction of φ̇ = −m L G(φ), m > 0, on the complement of synchrony: its Jacobian there is

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -24,10 +25,12 @@ struct RuleReport {
   Guarantee guarantee = Guarantee::off;
   double guaranteed_1_s = 0.0, expected_1_s = 0.0;
   std::optional<double> measured_1_s{};  ///< since the last disturbance, once it is known
+  /// what a first growth along a directed graph may take from the measured rate
+  double growth_1_s = 0.0;
   /// Measured, and slower than guaranteed by more than 2 %.
   bool broken() const {
     return guarantee == Guarantee::contracting && measured_1_s &&
-           *measured_1_s < 0.98 * guaranteed_1_s;
+           *measured_1_s < 0.98 * guaranteed_1_s - growth_1_s;
   }
 };
 
@@ -133,7 +136,11 @@ class Monitor {
   }
   static constexpr double kLeastTurn = 1e-3, kMostTurn = 1.5;
   static RuleReport beside(const RuleCertificate& c, const RateFit& fit) {
-    return {c.guarantee, c.guaranteed_1_s, c.expected_1_s, fit.rate_1_s()};
+    // A line through a fall that is flat for log(skew)/rate at first is flatter by half as much
+    // more.
+    const double grew = 1.5 * std::log(c.extremes.skew);
+    return {c.guarantee, c.guaranteed_1_s, c.expected_1_s, fit.rate_1_s(),
+            grew > 0.0 ? grew / fit.lasted_s() : 0.0};
   }
   static bool same_rates(const RuleCertificate& a, const RuleCertificate& b) {
     return a.guaranteed_1_s == b.guaranteed_1_s && a.expected_1_s == b.expected_1_s;

@@ -32,6 +32,7 @@ class RateFit {
   /// Once the values have fallen by the factor e² at least, in eight samples or more [1/s]; a rate
   /// below zero is growth, which needs as much.
   std::optional<double> rate_1_s() const;
+  double lasted_s() const { return line_.last_s - line_.origin_s; }  ///< of the samples
   /// When the fitted line is at `value` > 0, if there is a rate [s]. At 1 it ends the offset time
   /// before the decay [M18 4.3.6].
   std::optional<double> reaches_s(double value) const;

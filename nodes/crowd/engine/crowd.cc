@@ -29,8 +29,9 @@ double largest_eigenvalue(const GraphSettings& graph, double n) {
   double most = 0.0;
   std::vector<double> degree(static_cast<std::size_t>(nodes), 0.0);
   for (const Edge& e : graph.edges) {
-    most = std::max({most, degree[static_cast<std::size_t>(e.i)] += e.weight,
-                     degree[static_cast<std::size_t>(e.j)] += e.weight});
+    most = std::max(most, degree[static_cast<std::size_t>(e.i)] += e.weight);
+    if (graph.directed) continue;
+    most = std::max(most, degree[static_cast<std::size_t>(e.j)] += e.weight);
   }
   return 2.0 * most;
 }
@@ -42,7 +43,7 @@ void check_edges(const Rules& r) {
     if (graph->topology != Topology::weighted) continue;
     int nodes = 0;
     for (const Edge& e : graph->edges) nodes = std::max({nodes, e.i + 1, e.j + 1});
-    (void)CouplingGraph::weighted(nodes, graph->edges);
+    (void)CouplingGraph::weighted(nodes, graph->edges, graph->directed);
   }
 }
 

@@ -33,7 +33,8 @@ void renumber(GraphSettings& graph, std::span<const AgentId> before, std::span<c
 
 /// A wheel of fewer than four is all-to-all, as it is of four.
 CouplingGraph make_graph(const GraphSettings& settings, int n) {
-  if (settings.topology == Topology::weighted) return CouplingGraph::weighted(n, settings.edges);
+  if (settings.topology == Topology::weighted)
+    return CouplingGraph::weighted(n, settings.edges, settings.directed);
   const bool small = settings.topology == Topology::wheel && n < 4;
   return CouplingGraph::make(small ? Topology::all_to_all : settings.topology, n);
 }

@@ -46,10 +46,10 @@ CouplingGraph CouplingGraph::make(Topology topology, int n) {
   if (topology == Topology::wheel && n < 4) {
     throw ConfigError("a wheel has at least 4 nodes, not " + std::to_string(n));
   }
-  return {n, topology, unit_edges(topology, n)};
+  return {n, topology, unit_edges(topology, n), false};
 }
 
-CouplingGraph CouplingGraph::weighted(int n, std::span<const Edge> edges) {
+CouplingGraph CouplingGraph::weighted(int n, std::span<const Edge> edges, bool directed) {
   if (n < 0) throw ConfigError("a coupling graph of " + std::to_string(n) + " nodes");
   std::set<std::pair<int, int>> seen;
   std::vector<Edge> kept;
@@ -63,27 +63,29 @@ CouplingGraph CouplingGraph::weighted(int n, std::span<const Edge> edges) {
       throw ConfigError(what + ": weight " + std::to_string(e.weight) +
                         " must be finite and not negative, for contraction");
     }
-    if (!seen.insert(std::minmax(e.i, e.j)).second) throw ConfigError(what + " is given twice");
+    const std::pair<int, int> pair =
+        directed ? std::pair(e.i, e.j) : std::pair<int, int>(std::minmax(e.i, e.j));
+    if (!seen.insert(pair).second) throw ConfigError(what + " is given twice");
     if (e.weight > 0.0) kept.push_back(e);
   }
-  return {n, Topology::weighted, kept};
+  return {n, Topology::weighted, kept, directed};
 }
 
-CouplingGraph::CouplingGraph(int n, Topology topology, std::span<const Edge> edges)
-    : n_(n), topology_(topology), first_(static_cast<std::size_t>(n) + 1, 0) {
+CouplingGraph::CouplingGraph(int n, Topology topology, std::span<const Edge> edges, bool directed)
+    : n_(n), directed_(directed), topology_(topology), first_(static_cast<std::size_t>(n) + 1, 0) {
   for (const Edge& e : edges) {
     ++first_[static_cast<std::size_t>(e.i) + 1];
-    ++first_[static_cast<std::size_t>(e.j) + 1];
+    if (!directed) ++first_[static_cast<std::size_t>(e.j) + 1];
   }
   for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
-  neighbours_.resize(2 * edges.size());
+  neighbours_.resize(directed ? edges.size() : 2 * edges.size());
   std::vector<int> next(first_.begin(), first_.end() - 1);
   const auto put = [&](int i, int j, double w) {
     neighbours_[static_cast<std::size_t>(next[static_cast<std::size_t>(i)]++)] = {j, w};
   };
   for (const Edge& e : edges) {
     put(e.i, e.j, e.weight);
-    put(e.j, e.i, e.weight);
+    if (!directed) put(e.j, e.i, e.weight);
   }
 }
 
@@ -100,22 +102,42 @@ double CouplingGraph::degree(int i) const {
   return sum;
 }
 
-bool CouplingGraph::connected() const {
-  if (n_ < 2 || complete()) return true;
+int CouplingGraph::reach(int from, bool hear) const {
+  std::vector<std::vector<int>> next(static_cast<std::size_t>(n_));
+  for (int i = 0; i < n_; ++i) {
+    for (const Neighbour& other : neighbours(i)) {
+      next[static_cast<std::size_t>(hear ? other.index : i)].push_back(hear ? i : other.index);
+    }
+  }
   std::vector<char> reached(static_cast<std::size_t>(n_), 0);
+  std::vector<int> open{from};
+  reached[static_cast<std::size_t>(from)] = 1;
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    for (const int other : next[static_cast<std::size_t>(open[k])]) {
+      if (!std::exchange(reached[static_cast<std::size_t>(other)], 1)) open.push_back(other);
+    }
+  }
+  return static_cast<int>(open.size());
+}
+
+bool CouplingGraph::connected() const {
+  if (n_ < 2 || complete() || reach(0, true) == n_) return true;
+  if (!directed_) return false;
+  // Whoever is heard by all is heard by agent 0: search on among those whom it hears.
   std::vector<int> open{0};
-  reached[0] = 1;
-  int count = 1;
+  std::vector<char> seen(static_cast<std::size_t>(n_), 0);
   while (!open.empty()) {
     const int i = open.back();
     open.pop_back();
-    for (const Neighbour& other : neighbours(i)) {
-      if (std::exchange(reached[static_cast<std::size_t>(other.index)], 1)) continue;
-      open.push_back(other.index);
-      ++count;
-    }
+    if (std::exchange(seen[static_cast<std::size_t>(i)], 1)) continue;
+    if (reach(i, true) == n_) return true;
+    for (const Neighbour& other : neighbours(i)) open.push_back(other.index);
   }
-  return count == n_;
+  return false;
+}
+
+bool CouplingGraph::strongly_connected() const {
+  return n_ < 2 || complete() || (reach(0, true) == n_ && (!directed_ || reach(0, false) == n_));
 }
 
 Eigen::MatrixXd CouplingGraph::laplacian() const {

@@ -18,6 +18,7 @@ namespace mimesis::crowd {
 struct GraphSettings {
   Topology topology = Topology::none;
   std::vector<Edge> edges{};
+  bool directed = false;  ///< of the edges: i hears j, but j does not hear i
 };
 
 /// Settings of rule I: step frequency keeps distances.

@@ -106,6 +106,10 @@ class RuleFaults {
                                " already: expected one of graph and edges");
       return std::nullopt;
     }
+    if (settings.directed && settings.topology != Topology::weighted) {
+      add(rule + ".directed", "a named graph has no directions: list its edges");
+      return std::nullopt;
+    }
     if (grows_ && settings.topology == Topology::weighted) {
       add(rule + ".edges", "agents may join this group: its graph needs a name, edges fix N");
       return std::nullopt;
@@ -391,8 +395,9 @@ bool Scenario::grows(std::string_view wanted) const {
 }
 
 CouplingGraph coupling(const GraphSettings& settings, int n) {
-  return settings.topology == Topology::weighted ? CouplingGraph::weighted(n, settings.edges)
-                                                 : CouplingGraph::make(settings.topology, n);
+  return settings.topology == Topology::weighted
+             ? CouplingGraph::weighted(n, settings.edges, settings.directed)
+             : CouplingGraph::make(settings.topology, n);
 }
 
 }  // namespace mimesis::crowd

@@ -45,6 +45,7 @@ void visit_graph(ParamVisitor& v, GraphSettings& graph) {
     g("j", edge.j, 0, 1'000'000);
     g("weight", edge.weight, -kGain, kGain);
   });
+  v("directed", graph.directed);
   const bool listed = named == Topology::none && !graph.edges.empty();
   graph.topology = listed ? Topology::weighted : named;
 }

@@ -17,8 +17,7 @@
 #include "common/runtime/param_source.h"
 #include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
-#include "nodes/synthesizer/character/repertoire.h"
-#include "nodes/synthesizer/dynamics/character_batch.h"
+#include "nodes/crowd/verb/measured_gait.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
@@ -27,6 +26,7 @@ namespace {
 
 using crowd::Certificate;
 using crowd::Guarantee;
+using crowd::MeasuredGait;
 using crowd::RuleCertificate;
 using crowd::Stage;
 using Json = nlohmann::ordered_json;
@@ -66,8 +66,8 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
     const bool graph = r->extremes.most > 0.0;
     table.row({name, r->while_free ? "while free" : crowd::to_string(r->guarantee),
                number(r->guaranteed_1_s), number(r->expected_1_s),
-               graph ? number(r->without_link_1_s) : "-", graph ? number(r->extremes.least) : "-",
-               graph ? number(r->extremes.most) : "-",
+               graph && !r->extremes.directed ? number(r->without_link_1_s) : "-",
+               graph ? number(r->extremes.least) : "-", graph ? number(r->extremes.most) : "-",
                r->theorem6 > 0.0 ? number(r->theorem6) : "-",
                graph && r->theorem6 > 0.0 ? limit(r->largest_agents) : "any"});
   }
@@ -116,7 +116,8 @@ Json to_json(const char* name, const RuleCertificate& r) {
       {"guarantee", crowd::to_string(r.guarantee)},
       {"guaranteed_1_s", r.guaranteed_1_s},
       {"expected_1_s", r.expected_1_s},
-      {"without_link_1_s", r.extremes.most > 0.0 ? Json(r.without_link_1_s) : Json(nullptr)},
+      {"without_link_1_s",
+       r.extremes.most > 0.0 && !r.extremes.directed ? Json(r.without_link_1_s) : Json(nullptr)},
       {"within", r.within > 0.0 ? Json(r.within) : Json(nullptr)},
       {"in_the_end", r.in_the_end},
       {"while_free", r.while_free},
@@ -218,102 +219,6 @@ int certify(const CertifyOptions& o) {
 
 // --- gait
 
-/// The speed function g and the sway g^psi of one style of a motion model.
-struct MeasuredGait {
-  crowd::Gait gait;
-  double step_length_m = 0.0;
-  double rms_m_rad = 0.0;                      ///< of what the harmonics leave out
-  double least_m_rad = 0.0, most_m_rad = 0.0;  ///< of the series
-};
-
-constexpr int kStepsPerCycle = 256, kCycles = 4;
-constexpr int kHarmonicsOfMotion = 12;  // smoother velocities than all of them
-constexpr double kShortestStep_m = 0.1;
-
-struct Sample {
-  double phase_rad, g_m_rad, turn;  // turn: ψ̇/φ̇ [1]
-};
-
-std::vector<Sample> walk(const synthesizer::Repertoire& repertoire, int motion) {
-  const double omega = repertoire.motion(motion).parameters.frequency_rad_s;
-  const double dt = math::kTwoPi / (omega * kStepsPerCycle);
-  synthesizer::CharacterBatch batch(repertoire.model(), 1,
-                                    {.dt_s = dt, .harmonics = kHarmonicsOfMotion});
-  batch.set_pattern(0, motion);
-  batch.set_frequency(0, omega);
-  batch.set_phase(0, 0.0);
-  for (int k = 0; k < kStepsPerCycle; ++k) batch.step();  // the standing foot is found
-  std::vector<Sample> samples;
-  const double per_step = math::kTwoPi / kStepsPerCycle;
-  for (int k = 0; k < kCycles * kStepsPerCycle; ++k) {
-    const double phase = batch.phase(0) + 0.5 * per_step;
-    batch.step();
-    samples.push_back(
-        {phase, batch.root(0).velocity_H_m_s.x() / omega, batch.root(0).yaw_rate_rad_s / omega});
-  }
-  return samples;
-}
-
-MeasuredGait fitted(const std::vector<Sample>& samples, int harmonics) {
-  MeasuredGait m;
-  const double n = static_cast<double>(samples.size());
-  crowd::Gait& g = m.gait;
-  g.mean_m_rad = 0.0;
-  for (const Sample& s : samples) g.mean_m_rad += s.g_m_rad / n;
-  for (int k = 1; k <= harmonics; ++k) {
-    double c = 0.0, d = 0.0, sway_c = 0.0, sway_d = 0.0;
-    for (const Sample& s : samples) {
-      c += 2.0 / n * s.g_m_rad * std::cos(k * s.phase_rad);
-      d += 2.0 / n * s.g_m_rad * std::sin(k * s.phase_rad);
-      sway_c += 2.0 / n * s.turn * std::cos(k * s.phase_rad);
-      sway_d += 2.0 / n * s.turn * std::sin(k * s.phase_rad);
-    }
-    g.cosine_m_rad.push_back(c);
-    g.sine_m_rad.push_back(d);
-    g.sway_cosine.push_back(sway_c);
-    g.sway_sine.push_back(sway_d);
-  }
-  const crowd::SpeedFunction speed = g.speed();
-  for (const Sample& s : samples) {
-    const double left = s.g_m_rad - speed(s.phase_rad);
-    m.rms_m_rad += left * left / n;
-  }
-  m.rms_m_rad = std::sqrt(m.rms_m_rad);
-  m.least_m_rad = speed.least();
-  m.most_m_rad = speed.most();
-  m.step_length_m = 0.5 * speed.cycle_m();
-  return m;
-}
-
-/// Walks straight with each style for some cycles and takes the Fourier series of the pelvis'
-/// propagation along its heading, and of its turning, per radian of phase: ż/φ̇, ψ̇/φ̇ [M18 4.4.1,
-/// fig. 4.9a, eq. 4.32].
-/// @param style      "": all that walk on, by a tenth of a metre a step at least
-/// @param harmonics  [0, 4]
-/// @throws ConfigError for an unknown style, and where g touches zero
-std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model, const std::string& style,
-                                        int harmonics) {
-  const synthesizer::Repertoire repertoire(model);
-  if (!style.empty() && repertoire.find(style) < 0) {
-    throw ConfigError("no style '" + style + "'; the model has: " + repertoire.known());
-  }
-  std::vector<MeasuredGait> all;
-  for (const synthesizer::StyleMotions& motions : repertoire.styles()) {
-    if (!style.empty() && motions.name != style) continue;
-    const synthesizer::RepertoireMotion& motion = repertoire.motion(motions.straight);
-    if (style.empty() && motion.step_length_m < kShortestStep_m) continue;
-    try {
-      MeasuredGait measured = fitted(walk(repertoire, motions.straight), harmonics);
-      measured.gait.name = motions.name;
-      measured.gait.eigenfrequency_rad_s = motion.parameters.frequency_rad_s;
-      all.push_back(measured);
-    } catch (const ConfigError& e) {
-      throw ConfigError("style " + motions.name + ": " + e.what());
-    }
-  }
-  return all;
-}
-
 void print_yaml(const std::vector<MeasuredGait>& gaits) {
   std::cout << "gaits:\n";
   for (const MeasuredGait& m : gaits) {
@@ -335,7 +240,7 @@ void print_yaml(const std::vector<MeasuredGait>& gaits) {
 
 int gait(const GaitOptions& o) {
   const motion::MotionModel model = motion::load_motion_model(runtime::find_model_file(o.model));
-  const std::vector<MeasuredGait> gaits = measure_gaits(model, o.style, o.harmonics);
+  const std::vector<MeasuredGait> gaits = crowd::measure_gaits(model, o.style, o.harmonics);
   if (!o.json) {
     print_yaml(gaits);
     return 0;

@@ -43,6 +43,28 @@ TEST(Spectrum, ConnectivityOfTable41) {
   }
 }
 
+TEST(Spectrum, DirectedGraphsContractInTheMetricOfTheirLeftNullVector) {
+  for (int n = 3; n <= 9; ++n) {  // a ring whose agents hear the next: half of the ring
+    std::vector<Edge> edges;
+    for (int i = 0; i < n; ++i) edges.push_back({i, (i + 1) % n});
+    const Extremes e = extremes(CouplingGraph::weighted(n, edges, true));
+    EXPECT_NEAR(e.least, 1.0 - std::cos(2.0 * std::numbers::pi / n), 1e-12);
+    EXPECT_NEAR(e.skew, 1.0, 1e-12);
+  }
+  // Two agents, weights 1 and 3: x₁ − x₀ decays at 4; π = (3, 1)/4.
+  const Edge pair[] = {{0, 1, 1.0}, {1, 0, 3.0}};
+  const Extremes two = extremes(CouplingGraph::weighted(2, pair, true));
+  EXPECT_NEAR(two.least, 4.0, 1e-12);
+  EXPECT_NEAR(two.skew, std::sqrt(3.0), 1e-12);
+  const Edge followers[] = {{1, 0}, {2, 1}};
+  const CouplingGraph column = CouplingGraph::weighted(3, followers, true);
+  EXPECT_TRUE(column.connected());
+  EXPECT_FALSE(column.strongly_connected());
+  EXPECT_EQ(extremes(column).least, 0.0);
+  const Edge apart[] = {{2, 0}, {2, 1}};  // nobody hears both of those whom agent 2 hears
+  EXPECT_FALSE(CouplingGraph::weighted(3, apart, true).connected());
+}
+
 TEST(Spectrum, DisconnectedGraphHasNoConnectivity) {
   const Edge edges[] = {{0, 1}, {2, 3}};
   EXPECT_EQ(extremes(CouplingGraph::weighted(4, edges)).least, 0.0);

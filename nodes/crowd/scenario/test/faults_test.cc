@@ -94,6 +94,16 @@ TEST(Faults, AreFoundAndNamed) {
          s.groups[0].rules.phase = {.graph = {Topology::wheel}, .gain_1_s = 1.0};
          s.groups[0].count = 3;
        }},
+      {"groups.0.rules.phase.directed", "list its edges",
+       [](Scenario& s) {
+         s.groups[0].rules.phase = {.graph = {.topology = Topology::ring, .directed = true},
+                                    .gain_1_s = 1.0};
+       }},
+      {"groups.0.rules.phase.edges", "not connected",
+       [](Scenario& s) {
+         s.groups[0].rules.phase = {.graph = {Topology::weighted, {{3, 0}, {3, 1}, {3, 2}}, true},
+                                    .gain_1_s = 1.0};
+       }},
       {"groups.0.rules.phase.leader_gain_1_s", "without followers",
        [](Scenario& s) {
          s.groups[0].count = 1;

@@ -14,6 +14,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -31,15 +32,29 @@ double wrapped(double x) { return std::remainder(x, 2.0 * kPi); }
 /// Σⱼ Aᵢⱼ (xᵢ − xⱼ).
 struct Graph {
   std::string kind = "none";
-  Values weight;  // n × n; empty: all to all
+  std::vector<std::map<int, double>> heard;  // Aᵢⱼ by i and j; empty: all to all
   int n = 0;
 
   static Graph of(const std::string& kind, int n, std::mt19937& random) {
     Graph g{kind, {}, n};
     if (kind == "none" || kind == "all_to_all") return g;
-    g.weight.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), 0.0);
+    g.heard.resize(static_cast<std::size_t>(n));
     std::uniform_real_distribution<double> heavy(0.4, 1.6);
-    const auto join = [&](int i, int j, double w) { g.at(i, j) = g.at(j, i) = w; };
+    const auto hears = [&](int i, int j, double w) {
+      if (i != j) g.heard[static_cast<std::size_t>(i)][j] = w;
+    };
+    const auto join = [&](int i, int j, double w) { hears(i, j, w), hears(j, i, w); };
+    if (kind == "directed") {  // a ring through all, and chords
+      std::vector<int> order(static_cast<std::size_t>(n));
+      std::iota(order.begin(), order.end(), 0);
+      std::shuffle(order.begin(), order.end(), random);
+      std::uniform_int_distribution<std::size_t> any(0, order.size() - 1);
+      for (std::size_t k = 0; k < order.size(); ++k) {
+        hears(order[k], order[(k + 1) % order.size()], heavy(random));
+        if (heavy(random) < 1.0) hears(order[k], order[any(random)], heavy(random));
+      }
+      return g;
+    }
     for (int i = 1; i < n; ++i) {
       if (kind == "chain" || kind == "ring") join(i - 1, i, 1.0);
       if (kind == "star") join(0, i, 1.0);
@@ -49,42 +64,45 @@ struct Graph {
     if (kind == "ring" && n > 2) join(0, n - 1, 1.0);
     return g;
   }
-  double& at(int i, int j) {
-    return weight[static_cast<std::size_t>(i) * static_cast<std::size_t>(n) +
-                  static_cast<std::size_t>(j)];
+  /// Calls `add` with j and Aᵢⱼ.
+  template <class Add>
+  void each(int i, const Add& add) const {
+    if (heard.empty()) {
+      for (int j = 0; j < n; ++j) add(j, 1.0);
+    } else {
+      for (const auto& [j, w] : heard[static_cast<std::size_t>(i)]) add(j, w);
+    }
   }
-  double at(int i, int j) const { return const_cast<Graph*>(this)->at(i, j); }
   double laplacian(const Values& x, int first, int i) const {
     double sum = 0.0;
-    for (int j = 0; j < n; ++j) {
-      const double w = weight.empty() ? 1.0 : at(i, j);
-      if (w != 0.0)
-        sum +=
-            w * (x[static_cast<std::size_t>(first + i)] - x[static_cast<std::size_t>(first + j)]);
-    }
+    each(i, [&](int j, double w) {
+      sum += w * (x[static_cast<std::size_t>(first + i)] - x[static_cast<std::size_t>(first + j)]);
+    });
     return sum;
   }
   /// Bound of its largest eigenvalue.
   double most() const {
-    if (weight.empty()) return n;
+    if (heard.empty()) return n;
     double most = 0.0;
     for (int i = 0; i < n; ++i) {
       double sum = 0.0;
-      for (int j = 0; j < n; ++j) sum += at(i, j);
+      each(i, [&](int, double w) { sum += w; });
       most = std::max(most, 2.0 * sum);
     }
     return most;
   }
   void write(json& rule) const {
-    if (kind != "edges") {
+    const bool directed = kind == "directed";
+    if (kind != "edges" && !directed) {
       rule["graph"] = kind;
       return;
     }
+    if (directed) rule["directed"] = true;
     rule["edges"] = json::array();
     for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < i; ++j) {
-        if (at(i, j) != 0.0) rule["edges"].push_back({{"i", j}, {"j", i}, {"weight", at(i, j)}});
-      }
+      each(i, [&](int j, double w) {
+        if (directed || j < i) rule["edges"].push_back({{"i", i}, {"j", j}, {"weight", w}});
+      });
     }
   }
 };
@@ -131,7 +149,7 @@ struct Group {
       k += phase * std::sin(s.phi[a]);
       mean_phi += s.phi[a] / (n - first());
     }
-    const bool whole = by_phase.weight.empty();  // all to all, or each alone with the leader
+    const bool whole = by_phase.heard.empty();  // all to all, or each alone with the leader
     const bool joined = whole && phase > 0.0;
     const double target = std::atan2((joined ? k : 0.0) + alpha * std::sin(before),
                                      (joined ? c : 0.0) + alpha * std::cos(before));
@@ -159,11 +177,9 @@ struct Group {
       } else if (heading == "consensus") {
         d.psi[a] = rate * (turn * std::sin(std::atan2(s_psi, c_psi) - s.psi[a]) + sway);
       } else if (heading == "coupled") {
-        for (int j = 0; j < n; ++j) {
-          const double w = by_heading.weight.empty() ? 1.0 : by_heading.at(i, j);
-          if (w != 0.0)
-            d.psi[a] += turn * w * std::sin(s.psi[static_cast<std::size_t>(j)] - s.psi[a]);
-        }
+        by_heading.each(i, [&](int j, double w) {
+          d.psi[a] += turn * w * std::sin(s.psi[static_cast<std::size_t>(j)] - s.psi[a]);
+        });
       } else if (heading == "goal") {
         d.psi[a] = turn * std::sin(std::atan2(goal_y - s.xi[a], goal_x - s.z[a]) - s.psi[a]);
       }
@@ -235,15 +251,15 @@ class Draw {
   double in(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); }
   bool chance(double p) { return in(0.0, 1.0) < p; }
   Graph graph(int n) {
-    static const std::array<const char*, 6> kinds{"all_to_all", "all_to_all", "chain",
-                                                  "ring",       "star",       "edges"};
-    std::string kind = kinds.at(std::uniform_int_distribution<std::size_t>(0, 5)(random));
-    if (n < 3 && kind == "ring") kind = "chain";
+    static const std::array<const char*, 7> kinds{"all_to_all", "all_to_all", "chain",   "ring",
+                                                  "star",       "edges",      "directed"};
+    std::string kind = kinds.at(std::uniform_int_distribution<std::size_t>(0, 6)(random));
+    if (n < 3 && (kind == "ring" || kind == "directed")) kind = "chain";
     return Graph::of(kind, n, random);
   }
   Group group() {
     Group g;
-    g.n = chance(0.1) ? std::uniform_int_distribution<int>(30, 80)(random)
+    g.n = chance(0.1) ? std::uniform_int_distribution<int>(30, 200)(random)
                       : std::uniform_int_distribution<int>(2, 12)(random);
     g.omega = in(3.0, 8.0);
     g.mean = in(0.06, 0.3);
