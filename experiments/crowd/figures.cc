@@ -16,6 +16,7 @@ std::vector<reproduce::Figure> figures() {
   add_power_law_figures(all);
   add_formation_figures(all);
   add_engine_figures(all);
+  add_stream_figures(all);
   add_scaling_figure(all);
   return all;
 }

@@ -23,6 +23,7 @@ void add_cycle_figures(std::vector<reproduce::Figure>& to);      // 4.12, 4.13
 void add_power_law_figures(std::vector<reproduce::Figure>& to);  // 4.14
 void add_formation_figures(std::vector<reproduce::Figure>& to);  // 16, 36 and 49 agents
 void add_engine_figures(std::vector<reproduce::Figure>& to);     // circle, head on
+void add_stream_figures(std::vector<reproduce::Figure>& to);
 void add_scaling_figure(std::vector<reproduce::Figure>& to);
 
 }  // namespace mimesis::crowd

@@ -44,7 +44,7 @@ void paint_still(const Scenario& scenario, foxglove::SceneEntity& entity) {
     model::add_rod(entity, {p.position_W_m.x(), p.position_W_m.y(), 0.0},
                    {p.position_W_m.x(), p.position_W_m.y(), kTall_m}, p.radius_m, kStone);
   }
-  for (const Wall& w : scenario.walls) {
+  for (const Wall& w : edges(scenario.walls, scenario.polygons)) {
     model::add_rod(entity, {w.from_W_m.x(), w.from_W_m.y(), 0.1}, {w.to_W_m.x(), w.to_W_m.y(), 0.1},
                    0.05, kStone);
   }

@@ -174,7 +174,8 @@ void CrowdNode::observe() {
       o.phase_rad = crowd.phase_rad()[r];
       o.avoid_rad_s = crowd.avoidance_rad_s(row);
       if (crowd.group(g).rules.heading.kind == HeadingKind::goal) {
-        o.goal_W_m = crowd.agent(row).traits.goal_W_m;
+        o.goal_W_m = run_.goal_W_m(id);
+        o.next_W_m = crowd.agent(row).traits.goal_W_m;
       }
       everybody_.push_back(o);
       discs_.push_back({id, o.p_W_m.x(), o.p_W_m.y(), o.radius_m});

@@ -55,11 +55,11 @@ constexpr double kIdle = 2.0;  // the other wants to go this much faster
 constexpr double kStill = 0.3;  // an agent slower than this share of its wish counts as held
 constexpr double kAside = 0.1;  // less of a step aside than this part is no room
 
-// Who is held up for longer than this looks for a way round: it turns its wish to the right, then
-// to the left, then further, each for as long as this, until it gets on.
-constexpr double kPatience_s = 1.5;
+// Who is held up for longer than kPatience_s, or does not get nearer to its goal, looks for a way
+// round: it turns its wish to the right, then to the left, then further, each for as long, until it
+// gets on.
 constexpr std::array kRound_rad = {0.0, 0.9, -0.9, 1.8, -1.8};
-constexpr double kOnward = 0.2;  // slower along its wish than this share of it is held up
+constexpr double kOnward = 0.2;  // slower onward than this share of its pace is held up
 
 std::size_t way_round(double held_s) { return static_cast<std::size_t>(held_s / kPatience_s); }
 
@@ -443,7 +443,12 @@ void Crowd::Impl::part(std::size_t at, Contacts& found) {
     }
     bool gives_way = false;
     v = parted(at, v, found, gives_way);
-    const bool on = gives_way || v.dot(wish) >= kOnward * wish.squaredNorm();
+    Eigen::Vector2d onward = wish;
+    if (seeks[row] != 0) {
+      const Eigen::Vector2d way(table.goal_x[row] - grid.x[at], table.goal_y[row] - grid.y[at]);
+      onward = wish.norm() / std::max(way.norm(), 1e-9) * way;
+    }
+    const bool on = gives_way || v.dot(onward) >= kOnward * wish.squaredNorm();
     table.held[row] = static_cast<float>(held_after(held, on, settings.dt_s));
     table.vx[row] = static_cast<float>(v.x());
     table.vy[row] = static_cast<float>(v.y());

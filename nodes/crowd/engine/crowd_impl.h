@@ -12,6 +12,9 @@
 
 namespace mimesis::crowd {
 
+/// A walker that is held up for so long looks for a way round, and steers by its goal alone.
+inline constexpr double kPatience_s = 1.0;
+
 /// Data that all agents of a group share in one step: rules, path, gait, and the mean fields.
 struct WalkField {
   double dt = 0.0;
@@ -31,7 +34,7 @@ struct WalkField {
   HeadingKind heading = HeadingKind::keep;
   double heading_gain = 0.0, ahead = 1.0;
   CosSin mean_heading{0.0, 0.0};  // consensus: e^{iχ}; coupled, all-to-all: Σ e^{iψ}
-  double arrive = 0.5;
+  double arrive = 0.5, per_patience = 0.0;
   const double* turn = nullptr;  // added to ψ̇: navigation, coupled headings
   double per_width = 0.0;        // dt/σ_φ of navigation, 0: explicit [s/rad]
   // Receives velocities that others may bound before the step is made; else the step is made here.
@@ -94,6 +97,7 @@ struct Crowd::Impl {
   Grid grid;
   bool avoiding = false;               // some group does
   std::vector<std::uint8_t> avoids;    // by row
+  std::vector<std::uint8_t> seeks;     // by row: a goal
   std::vector<Contacts> row_contacts;  // by row of the grid
   Contacts contacts{};
 

@@ -79,8 +79,11 @@ void Crowd::Impl::resize_scratch() {
   wish_x.resize(n);
   wish_y.resize(n);
   avoids.resize(n);
+  seeks.resize(n);
   for (const GroupRows& g : groups) {
-    std::fill_n(avoids.begin() + g.first, g.count, g.settings.rules.heading.avoid ? 1 : 0);
+    const HeadingRule& heading = g.settings.rules.heading;
+    std::fill_n(avoids.begin() + g.first, g.count, heading.avoid ? 1 : 0);
+    std::fill_n(seeks.begin() + g.first, g.count, heading.kind == HeadingKind::goal ? 1 : 0);
   }
 }
 
@@ -262,6 +265,7 @@ WalkField Crowd::Impl::field(GroupRows& g) {
   f.heading_gain = r.heading.gain;
   f.ahead = r.heading.ahead_m;
   f.arrive = settings.avoid.arrive_m;
+  f.per_patience = 1.0 / kPatience_s;
   couple_headings(g, total, f);
   if (r.heading.avoid) {
     if (f.turn == nullptr) std::fill_n(turn.begin() + g.first, g.count, 0.0);

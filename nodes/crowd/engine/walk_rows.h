@@ -152,8 +152,11 @@ MIMESIS_PART void turn_to_goals(const WalkField& f, const AgentTable& t, int row
     const double free = r < circle ? r / circle : 1.0;
     const double ahead = to.facing > 0.0 ? to.facing : 0.0;
     s.way[l] *= (free + (1.0 - free) * ahead) * (near < 1.0 ? near * ahead : 1.0);
-    // Agents beside the goal do not turn it away from there.
-    share[l] = (to.facing < 0.0 ? 1.0 + to.facing : 1.0) * (near < 1.0 ? near : 1.0);
+    // Agents beside the goal do not turn it away from there, nor who does not get nearer for long.
+    const double held =
+        f.per_patience * static_cast<double>(t.held[static_cast<std::size_t>(row + l)]);
+    share[l] = (to.facing < 0.0 ? 1.0 + to.facing : 1.0) * (near < 1.0 ? near : 1.0) *
+               (held < 1.0 ? 1.0 - held : 0.0);
   }
 }
 

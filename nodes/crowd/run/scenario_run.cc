@@ -61,6 +61,7 @@ Rules heard(Rules rules, double beat_gain_1_s) {
   return rules;
 }
 
+constexpr double kLook_s = 0.1, kBehind_m = 0.6;
 constexpr double kOnTheSpot = 1e-3;  // share of the stride of an agent that waits
 
 bool inside(const Zone& zone, const Eigen::Vector2d& p) {
@@ -79,7 +80,7 @@ ScenarioRun::ScenarioRun(const Scenario& scenario)
     : scenario_(sound(scenario)), roster_(scenario_), crowd_({.dt_s = scenario_.step_s}) {
   beat_from_rad_ = scenario_.beat.phase_rad;
   for (const Group& group : scenario_.groups) add_group(group);
-  crowd_.set_obstacles(scenario_.pillars, scenario_.walls);
+  crowd_.set_obstacles(scenario_.pillars, edges(scenario_.walls, scenario_.polygons));
   populate();
   hear_beat();
 }
@@ -91,6 +92,8 @@ void ScenarioRun::add_group(const Group& group) {
                     .path = {.origin_W_m = {group.origin_x_m, group.origin_y_m},
                              .direction_rad = group.heading_rad},
                     .sway = gait.sway()});
+  const bool walls = !scenario_.walls.empty() || !scenario_.polygons.empty();
+  ways_.push_back(walls ? std::optional(ways_of(scenario_, group)) : std::nullopt);
   gaits_.push_back(scenario_.gait_number(group.gait));
   omega_.push_back(gait.eigenfrequency_rad_s);
 }
@@ -99,7 +102,7 @@ void ScenarioRun::populate() {
   std::vector<std::vector<Agent>> members(scenario_.groups.size());
   for (AgentId id = 1; id <= static_cast<AgentId>(roster_.agents()); ++id) {
     members[static_cast<std::size_t>(roster_.home(id))].push_back(roster_.start(id));
-    courses_[id] = {};
+    courses_[id] = {.goal_W_m = roster_.start(id).traits.goal_W_m};
   }
   for (std::size_t g = 0; g < members.size(); ++g) crowd_.add(static_cast<int>(g), members[g]);
 }
@@ -129,6 +132,7 @@ void ScenarioRun::step(parallel::Team* team) {
   changed_.clear();
   follow_schedule();
   follow_goals();
+  follow_ways();
   follow_zones();
   follow_encounters();
   make_switches();
@@ -255,7 +259,36 @@ void ScenarioRun::follow_goals() {
   }
 }
 
+/// Around walls: every tenth of a second each looks for the place where its way bends next. It
+/// heads for a place behind that, since walkers arrive at their goals slowly.
+void ScenarioRun::follow_ways() {
+  const auto every = static_cast<std::uint64_t>(std::max(1.0, kLook_s / scenario_.step_s));
+  ++steps_;
+  for (int g = 0; g < crowd_.groups(); ++g) {
+    std::optional<Ways>& ways = ways_[static_cast<std::size_t>(g)];
+    if (!ways || !plans_ways(scenario_, crowd_.group(g).rules)) continue;
+    const Crowd::Rows rows = crowd_.rows(g);
+    for (int row = rows.first; row < rows.first + rows.count; ++row) {
+      const auto r = static_cast<std::size_t>(row);
+      const AgentId id = crowd_.ids()[r];
+      if (crowd_.roles()[r] != Role::own || (id + steps_) % every != 0) continue;
+      const Eigen::Vector2d p(crowd_.x_m()[r], crowd_.y_m()[r]), goal = goal_W_m(id);
+      const Eigen::Vector2d next = ways->next(p, goal).value_or(goal);
+      const double way = (next - p).norm();
+      AgentTraits traits = crowd_.find(id)->traits;
+      traits.goal_W_m = next == goal ? goal : p + std::max(1.0, kBehind_m / way) * (next - p);
+      MIMESIS_ASSERT(crowd_.set_traits(id, traits));
+    }
+  }
+}
+
+Eigen::Vector2d ScenarioRun::goal_W_m(AgentId id) const {
+  const auto found = courses_.find(id);
+  return found != courses_.end() ? found->second.goal_W_m : crowd_.find(id)->traits.goal_W_m;
+}
+
 void ScenarioRun::set_goal(AgentId id, const Eigen::Vector2d& goal) {
+  courses_[id].goal_W_m = goal;
   AgentTraits traits = crowd_.find(id)->traits;
   traits.goal_W_m = goal;
   MIMESIS_ASSERT(crowd_.set_traits(id, traits));
@@ -346,8 +379,9 @@ void ScenarioRun::send_on(Agent& agent, int from, int to) {
   const bool common =
       goals.aim == Aim::route || (goals.aim == Aim::places && goals.position_m.size() == 2);
   if (!common) return;
-  courses_[agent.id].leg = 0;
-  agent.traits.goal_W_m = point(goals.position_m, 0);
+  Course& course = courses_[agent.id];
+  course.leg = 0;
+  course.goal_W_m = agent.traits.goal_W_m = point(goals.position_m, 0);
 }
 
 }  // namespace mimesis::crowd

@@ -65,6 +65,9 @@ class ScenarioRun {
   /// Number of the gait that the group has at present.
   int gait(int group) const { return gaits_[static_cast<std::size_t>(group)]; }
   bool waiting(AgentId id) const;
+  /// Where the agent wants to go in the end; its trait is the place that it heads for now, which is
+  /// another one where walls are in the way.
+  Eigen::Vector2d goal_W_m(AgentId id) const;
   /// A wish that agents walk in this style: they change to the first group with that gait. Without
   /// ids: all groups take the gait. Returns why not, or an empty text.
   std::string wish_gait(std::span<const AgentId> ids, const std::string& name);
@@ -82,11 +85,13 @@ class ScenarioRun {
     int leg = 0;
     bool waiting = false;
     double stride = 1.0;  // when it does not wait
+    Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();
   };
   void add_group(const Group& group);
   void populate();
   void follow_schedule();
   void follow_goals();
+  void follow_ways();
   void follow_zones();
   void gather(const Zone& zone, int from);
   void follow_encounters();
@@ -108,6 +113,8 @@ class ScenarioRun {
   std::vector<int> gaits_;     // gaits of the groups
   std::vector<double> omega_;  // their ω₀
   std::unordered_map<AgentId, Course> courses_;
+  std::vector<std::optional<Ways>> ways_;  // of the groups; empty: there are no walls
+  std::uint64_t steps_ = 0;
   std::size_t next_change_ = 0;
   double beat_from_rad_ = 0.0, beat_from_s_ = 0.0;
   std::vector<Switch> switches_;

@@ -55,8 +55,9 @@ double heading_error(const Group& group, const HeadingRule& rule, std::span<cons
   if (kind == HeadingKind::keep) return kNan;
   double most = 0.0;
   for (const Observed& a : agents) {
-    const Eigen::Vector2d way = a.goal_W_m - a.p_W_m;
-    if (kind == HeadingKind::goal && way.norm() <= group.goals.reached_m) continue;
+    const Eigen::Vector2d way = a.next_W_m - a.p_W_m;
+    const bool there = (a.goal_W_m - a.p_W_m).norm() <= group.goals.reached_m;
+    if (kind == HeadingKind::goal && there) continue;
     most =
         std::max(most, kind == HeadingKind::lane
                            ? lane_error(group, rule.ahead_m, a)
@@ -213,7 +214,7 @@ double turn_error(const Group& group, const HeadingRule& rule, const RuleCertifi
                   const Observed& agent) {
   const bool to_goal = rule.kind == HeadingKind::goal;
   if (!to_goal && rule.kind != HeadingKind::lane) return kNan;
-  const Eigen::Vector2d way = agent.goal_W_m - agent.p_W_m;
+  const Eigen::Vector2d way = agent.next_W_m - agent.p_W_m;
   if (to_goal && way.norm() < certificate.beyond_m) return kNan;
   const double error =
       to_goal ? std::abs(math::wrap_pi(agent.heading_rad - std::atan2(way.y(), way.x())))

@@ -26,6 +26,7 @@ struct Observed {
   double heading_rad = 0.0, phase_rad = 0.0;
   double place_m = 0.0, lane_m = 0.0, radius_m = 0.25;
   Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d next_W_m = Eigen::Vector2d::Zero();  ///< on the way there: where it heads for now
   /// Addend of its ψ̇ by avoidance; NaN: not known.
   double avoid_rad_s = std::numeric_limits<double>::quiet_NaN();
 };

@@ -1,6 +1,7 @@
 #include "nodes/crowd/scenario/scenario.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -174,6 +175,7 @@ class Checker {
     }
     check_externals();
     check_obstacles();
+    check_polygons();
     return std::move(faults_);
   }
 
@@ -331,6 +333,71 @@ class Checker {
     }
   }
 
+  void check_polygons() {
+    for (std::size_t k = 0; k < s_.polygons.size(); ++k) {
+      const std::vector<double>& xy = s_.polygons[k].corner_m;
+      const std::string where = at("polygons", k) + ".corner_m";
+      if (xy.size() < 6 || xy.size() % 2 != 0) {
+        add(where, "expected x, y of three corners or more, found " + std::to_string(xy.size()) +
+                       " numbers");
+      } else if (const std::string why = tangled(xy); !why.empty()) {
+        add(where, why);
+      }
+    }
+    if (!faults_.empty()) return;  // starts and goals may not exist
+    for (std::size_t g = 0; g < s_.groups.size(); ++g) check_ways(at("groups", g), s_.groups[g]);
+  }
+
+  /// Why these are no corners of one inside; empty: they are.
+  static std::string tangled(const std::vector<double>& xy) {
+    const std::vector<Wall> sides = edges({}, std::array{Polygon{xy}});
+    const auto name = [](std::size_t i) { return std::to_string(i); };
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      if (sides[i].from_W_m == sides[i].to_W_m) return "corner " + name(i) + " is there twice";
+      for (std::size_t j = 0; j + 1 < i; ++j) {
+        if (i == sides.size() - 1 && j == 0) continue;  // neighbours
+        if (meet(sides[i], sides[j])) return "sides " + name(j) + " and " + name(i) + " cross";
+      }
+    }
+    return {};
+  }
+
+  /// Nobody may stand, or want to go, where there is no way.
+  void check_ways(const std::string& path, const Group& group) {
+    if (s_.walls.empty() && s_.polygons.empty()) return;
+    const double omega = s_.gait(group.gait)->eigenfrequency_rad_s;
+    const std::vector<AgentStart> from = starts(group, omega, static_cast<std::uint64_t>(s_.seed));
+    const std::vector<Eigen::Vector2d> goals = first_goals(group, from);
+    const auto in_a_polygon = [&](const Eigen::Vector2d& p, const std::string& where,
+                                  const std::string& who) {
+      for (std::size_t k = 0; k < s_.polygons.size(); ++k) {
+        if (!inside(s_.polygons[k], p)) continue;
+        add(where, who + " at " + number(p.x()) + ", " + number(p.y()) + " is inside of polygon " +
+                       std::to_string(k));
+        return true;
+      }
+      return false;
+    };
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const std::string agent = "agent " + std::to_string(i);
+      if (in_a_polygon(from[i].p_W_m, path + ".start", agent)) return;
+      if (!goals.empty() &&
+          in_a_polygon(goals[i], path + ".goals.position_m", "the goal of " + agent))
+        return;
+    }
+    if (goals.empty() || !plans_ways(s_, group.rules)) return;
+    Ways ways = ways_of(s_, group);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (ways.next(from[i].p_W_m, goals[i])) continue;
+      add(path + ".goals", "there is no way for agent " + std::to_string(i) + " from " +
+                               number(from[i].p_W_m.x()) + ", " + number(from[i].p_W_m.y()) +
+                               " to " + number(goals[i].x()) + ", " + number(goals[i].y()) +
+                               ": walls close it, or gaps are too narrow for its radius of " +
+                               number(group.radius_m) + " m");
+      return;
+    }
+  }
+
   void known_gait(const std::string& path, const std::string& name) {
     if (s_.gait(name) != nullptr) return;
     std::string known;
@@ -392,6 +459,16 @@ bool Scenario::grows(std::string_view wanted) const {
   return std::ranges::find(zones, wanted, &Zone::to) != zones.end() ||
          std::ranges::find(encounters, wanted, &Encounter::to) != encounters.end() ||
          std::ranges::find(externals, wanted, &External::group) != externals.end();
+}
+
+bool plans_ways(const Scenario& scenario, const Rules& rules) {
+  return (!scenario.walls.empty() || !scenario.polygons.empty()) && rules.heading.avoid &&
+         rules.heading.kind == HeadingKind::goal;
+}
+
+Ways ways_of(const Scenario& scenario, const Group& group) {
+  constexpr double kBeside_m = 0.02;  // more than their radius from walls
+  return {scenario.walls, scenario.polygons, group.radius_m + kBeside_m};
 }
 
 CouplingGraph coupling(const GraphSettings& settings, int n) {

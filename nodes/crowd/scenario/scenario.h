@@ -7,6 +7,7 @@
 
 #include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
+#include "nodes/crowd/ways/ways.h"
 
 namespace mimesis::crowd {
 
@@ -155,6 +156,7 @@ struct Scenario {
   std::vector<Group> groups{};
   std::vector<Pillar> pillars{};
   std::vector<Wall> walls{};
+  std::vector<Polygon> polygons{};
   std::vector<Change> schedule{};  ///< in the order of time
   std::vector<Zone> zones{};
   std::vector<Encounter> encounters{};
@@ -197,6 +199,12 @@ std::vector<FormationPlace> places(const Group& group);
 
 /// First goal of each agent in W [m]; empty for Aim::none.
 std::vector<Eigen::Vector2d> first_goals(const Group& group, const std::vector<AgentStart>& from);
+
+/// The ways that walkers of this group plan around walls and polygons: those who avoid and have
+/// goals.
+Ways ways_of(const Scenario& scenario, const Group& group);
+/// Whether they do with these rules.
+bool plans_ways(const Scenario& scenario, const Rules& rules);
 
 /// Something a scenario must not be, where ("groups.0.rules.frequency.gain_rad_m_s") and why, in
 /// the terms of the theory.

@@ -153,6 +153,12 @@ void visit_obstacles(ParamVisitor& v, Scenario& s) {
   });
 }
 
+void visit_polygons(ParamVisitor& v, Scenario& s) {
+  each(v, "polygons", s.polygons, [](ParamVisitor& g, Polygon& polygon) {
+    g("corner_m", polygon.corner_m, -kFar_m, kFar_m, 0);
+  });
+}
+
 void visit_switches(ParamVisitor& v, Scenario& s) {
   each(v, "schedule", s.schedule, [](ParamVisitor& g, Change& change) {
     g("at_s", change.at_s, 0.0, kLong_s);
@@ -207,6 +213,7 @@ void visit(ParamVisitor& v, Scenario& s) {
   each(v, "gaits", s.gaits, visit_gait);
   each(v, "groups", s.groups, visit_group);
   visit_obstacles(v, s);
+  visit_polygons(v, s);
   visit_switches(v, s);
   each(v, "externals", s.externals, [](ParamVisitor& g, External& external) {
     g("name", external.name);

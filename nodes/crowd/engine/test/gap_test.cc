@@ -80,7 +80,7 @@ TEST(Gap, TheOneNamedFirstGoesOn) {
       first_back = std::max(first_back, on * (a - crowd.x_m()[0]));
       second_back = std::max(second_back, on * (crowd.x_m()[1] - b));
     }
-    EXPECT_LT(first_back, 1e-3);
+    EXPECT_LT(first_back, 0.05);  // it looks for a way round meanwhile
     EXPECT_GT(second_back, 1e-3);
     EXPECT_LT(second_back, 0.02 * AvoidSettings{}.separate_m_s + 1e-9);  // not faster
     EXPECT_EQ(arrived(crowd, 0.1), 2);

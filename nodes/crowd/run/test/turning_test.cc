@@ -11,7 +11,7 @@ namespace {
 Observed agent(double heading_rad, double avoid_rad_s) {
   Observed a{.id = 1};
   a.heading_rad = heading_rad;
-  a.goal_W_m = {10.0, 0.0};
+  a.goal_W_m = a.next_W_m = {10.0, 0.0};
   a.avoid_rad_s = avoid_rad_s;
   return a;
 }
