@@ -443,19 +443,47 @@ class Certifier {
                     "a spread of eigenfrequencies below omega_0");
     }
     const double along = std::cos(most_sway());  // ż = v cos ψ
-    const double per_link = m * along * (agree() ? slowest() * g.mean() : slowest() * g.least());
-    promise(c, per_link * c.extremes.least, m * along * omega * g.mean() * c.extremes.least,
-            per_link * lost(r.graph));
+    const double each = m * along * (agree() ? g.mean() : g.least());
+    const auto rate = [&](double connectivity) {
+      return std::max(each * slowest() * connectivity, agree() || c.extremes.directed || sways()
+                                                           ? 0.0
+                                                           : averaged(connectivity, c.extremes));
+    };
+    promise(c, rate(c.extremes.least), m * along * omega * g.mean() * c.extremes.least,
+            rate(lost(r.graph)));
     c.within = r.limit / m;
     c.overshoot = growth(c.extremes);
-    c.why = say("rate m_z omega ", agree() ? "<g>" : "g_min", " lambda+ = ", m, " * ", slowest(),
-                " * ", agree() ? g.mean() : g.least(), " * ", c.extremes.least,
+    const bool by_cycles = c.guaranteed_1_s > each * slowest() * c.extremes.least;
+    if (by_cycles) c.overshoot *= (1.0 + swing(c.extremes)) / (1.0 - swing(c.extremes));
+    c.why = say("rate m_z omega ", agree() || by_cycles ? "<g>" : "g_min", " lambda+",
+                by_cycles ? " but for what g swings: " : " = ", c.guaranteed_1_s, " 1/s",
                 ", while sums of errors are below ", c.within, " m (|mu| <= ", r.limit, ")");
     const double beta = slowest() * g.least() / (fastest() * g.most());
     if (!c.extremes.directed) add_theorem6(c, r.graph, n_, beta, !agree());
     // Distances oscillate with g(φ), and unequal paces keep walkers apart.
     if (!agree() || (gait_.spread_rad_s > 0.0 && !sure(all_.phase))) c.remains = kUnknown;
     behind_phases(c);
+  }
+
+  /// m_z times half the range of ∫ (g − ⟨g⟩) dφ times λ_max: ε.
+  double swing(const Extremes& e) const {
+    double least = 0.0, most = 0.0;
+    constexpr int kSamples = 720;
+    for (int i = 1; i < kSamples; ++i) {
+      const double phi = 2.0 * kPi * i / kSamples;
+      const double off = gait_.gait.integral(phi) - gait_.gait.mean() * phi;
+      least = std::min(least, off), most = std::max(most, off);
+    }
+    return r_.length.gain_1_m * 0.501 * (most - least) * e.most;
+  }
+  /// Rate of II whatever the phases are, by averaging: with s = L^½ x, A = L^½ Φ̇ D L^½ and
+  /// Q = L^½ diag(∫ (g − ⟨g⟩) dφᵢ) L^½, y = (I + m Q) s decays by
+  ///   ẏ = −m (⟨g⟩ L^½ Φ̇ L^½ + m Q A) (I + m Q)⁻¹ y,  ‖m Q‖ <= ε.
+  double averaged(double connectivity, const Extremes& e) const {
+    const double eps = swing(e), mean = gait_.gait.mean();
+    if (eps >= 1.0) return 0.0;
+    const double lost = eps / (1.0 - eps) * fastest() * e.most * (mean + gait_.gait.most());
+    return r_.length.gain_1_m * (mean * slowest() * connectivity - lost);
   }
 
   /// I, II and III: with y = z − d − g δφ of agents near formation and an eigenvalue λ of L
