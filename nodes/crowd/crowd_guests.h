@@ -42,6 +42,10 @@ class Guests {
   /// Tells characters the gait of their group when they come and when it changes.
   void publish_styles(Time now);
   void describe(v1::CrowdStatus& status, Time now) const;
+  /// Of what is known of an agent that is there.
+  double age_s(int number, Time now) const {
+    return agents_.trust(number) == Trust::absent ? 0.0 : agents_.age_s(number, now);
+  }
 
  private:
   /// An agent with a body: its last state, rates as differences, and its steps.

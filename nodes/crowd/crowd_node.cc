@@ -81,7 +81,7 @@ void CrowdNode::step(Time now) {
   const int steps = steps_due(now);
   judge_guests(now, *begin_ + runtime::from_seconds(run_.time_s()));
   for (int k = 0; k < steps; ++k) {
-    observe();
+    observe(now);
     if (!ended_ && run_.time_s() >= run_.scenario().until_s - 0.5 * run_.crowd().dt_s()) {
       ended_ = true;
       publish_outcome(now);
@@ -152,7 +152,7 @@ void CrowdNode::judge_guests(Time now, Time state_time) {
 }
 
 /// Everybody at the time of the run's present state, by group and id.
-void CrowdNode::observe() {
+void CrowdNode::observe(Time now) {
   everybody_.clear();
   discs_.clear();
   const Crowd& crowd = run_.crowd();
@@ -168,7 +168,9 @@ void CrowdNode::observe() {
       o.radius_m = start.radius_m;
       o.goal_W_m = start.goal_W_m;
       o.coupled = is_coupled(crowd.roles()[r]);
-      o.external = run_.roster().external(id) >= 0;
+      const int external = run_.roster().external(id);
+      o.external = external >= 0;
+      if (o.external) o.age_s = guests_.age_s(external, now);
       o.p_W_m = {crowd.x_m()[r], crowd.y_m()[r]};
       o.heading_rad = crowd.heading_rad()[r];
       o.phase_rad = crowd.phase_rad()[r];

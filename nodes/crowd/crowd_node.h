@@ -36,7 +36,7 @@ class CrowdNode {
   void take_styles();
   int steps_due(Time now);
   void judge_guests(Time now, Time state_time);
-  void observe();
+  void observe(Time now);
   void advance();
   void count_near();
   void say(const std::string& trouble);

@@ -144,6 +144,7 @@ class Certifier {
       for (RuleCertificate* rule : {&all_.frequency, &all_.length}) behind_lanes(*rule);
       if (on(all_.frequency)) behind_lanes(all_.phase);
     }
+    if (gait_.guests > 0) late();
     if (r_.heading.avoid) while_free();
     if (gait_.step_s > 0.0) in_steps();
     notes();
@@ -697,6 +698,54 @@ class Certifier {
                             }));
     }
     return slow;
+  }
+
+  /// Agents from outside are known late, and know late what to do.
+  void late() {
+    const double fast = fastest() * gait_.gait.most(), k = r_.phase.gain_1_s;
+    const double alpha = beats() ? gait_.beat_gain_1_s : r_.phase.leader_gain_1_s;
+    Certificate& c = all_;
+    const bool loop = on(c.frequency) && on(c.length);
+    const double phases = k * c.phase.extremes.most + alpha;
+    delay(c.phase, loop ? kUnknown : phases);
+    delay(c.tracking, loop ? kUnknown : phases + k * c.phase.extremes.most);  // largest error
+    delay(c.frequency,
+          loop ? kUnknown
+               : r_.frequency.gain_rad_m_s * gait_.gait.most() * c.frequency.extremes.most);
+    const double each = r_.length.gain_1_m * fast;
+    delay(c.length, loop ? kUnknown : each * c.length.extremes.most);
+    const HeadingKind kind = r_.heading.kind;
+    if (kind == HeadingKind::coupled) delay(c.heading, r_.heading.gain * c.heading.extremes.most);
+    if (kind == HeadingKind::consensus) delay(c.heading, 2.0 * r_.heading.gain * fastest());
+    for (const RuleCertificate* first : {&c.phase, &c.tracking}) {
+      behind(c.length, *first, "phases");
+      if (kind == HeadingKind::consensus && !gait_.sway.none()) behind(c.heading, *first, "phases");
+    }
+    if (!sure(c.length)) return;
+    // Carried on at its speed an agent is up to ½ τ² v̇ off, with v = φ̇ g(φ).
+    double steep = 0.0;
+    for (int i = 0; i < 64; ++i) {
+      const double phi = 2.0 * kPi * i / 64, h = 1e-3;
+      steep = std::max(steep, std::abs(gait_.gait(phi + h) - gait_.gait(phi - h)) / (2.0 * h));
+    }
+    const double off = 0.5 * std::pow(gait_.age_s * fastest(), 2) * steep;
+    const double heard =
+        std::min(most_links(r_.length.graph, n_), static_cast<double>(gait_.guests));
+    c.length.remains += std::sqrt(n_) * each * heard * off / c.length.guaranteed_1_s;
+  }
+  void delay(RuleCertificate& c, double stiffness_1_s) const {
+    if (!sure(c)) return;
+    const double rate = late_rate(c.guaranteed_1_s, stiffness_1_s, gait_.age_s);
+    const std::string of =
+        say(gait_.guests, " agents from outside, with states up to ", gait_.age_s, " s old");
+    if (!(rate > 0.0)) {
+      return refuse(c, say("no bound is known with ", of, ", and this gain"),
+                    "a smaller gain, or reports more often");
+    }
+    c.overshoot *= std::exp(3.0 * gait_.age_s * rate);
+    c.guaranteed_1_s = rate;
+    c.without_link_1_s = std::min(c.without_link_1_s, rate);
+    c.why += say("; ", rate, " 1/s with ", of, ", if they do what they are told");
   }
 
   /// Whoever avoids others is held up and turned by them, by walls and pillars; phases continue,

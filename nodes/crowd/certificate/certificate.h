@@ -80,6 +80,8 @@ struct GaitRange {
   HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
   double off_path_rad = 0.0;  ///< largest angle between headings that are kept and the path; π: any
   double step_s = 0.0;        ///< of the engine; 0: continuous time
+  int guests = 0;             ///< agents from outside, that do what their commands say
+  double age_s = 0.0;         ///< their states are no older, nor are their commands when they come
 };
 
 /// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Steps of
@@ -95,6 +97,8 @@ struct GroupNow {
   Rules rules{};
   int gait = 0;         ///< number in Scenario::gaits
   int agents = 0;       ///< external ones included
+  int guests = 0;       ///< the external ones
+  double age_s = 0.0;   ///< of what is known of them
   bool turned = false;  ///< a rule of headings was in force before: where they point is not known
 };
 Certificate certify(const Scenario& scenario, const GroupNow& now);

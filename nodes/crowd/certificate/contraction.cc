@@ -202,6 +202,18 @@ double low_pass_rate(double m, double low_pass_rad_s, double g_least, double g_m
   return std::min(m * g_least * lambda_least, low_pass_rad_s - m * g_most * lambda_most);
 }
 
+double late_rate(double rate_1_s, double stiffness_1_s, double age_s) {
+  const double x = stiffness_1_s * age_s, off = 0.5 * x * x * (1.0 + x) * (1.0 + x);
+  const double adds = stiffness_1_s * (2.0 * off + x * (1.0 + off));
+  double low = 0.0, high = rate_1_s;
+  if (!(adds < rate_1_s)) return 0.0;
+  for (int i = 0; i < 60; ++i) {
+    const double r = 0.5 * (low + high);
+    (r <= rate_1_s - adds * std::exp(3.0 * age_s * r) ? low : high) = r;
+  }
+  return low;
+}
+
 double low_pass_mode_rate(double low_pass_rad_s, double slope_1_s) {
   const double inside = 1.0 - 4.0 * slope_1_s / low_pass_rad_s;
   return 0.5 * low_pass_rad_s * (1.0 - std::sqrt(std::max(0.0, inside)));

@@ -75,6 +75,13 @@ double least_gait_ratio(double alpha);
 double low_pass_rate(double m, double low_pass_rad_s, double g_least, double g_most,
                      double lambda_least, double lambda_most);
 
+/// Bound on the rate of ė = −A e where some agents are known by states of up to `age_s` ago, each
+/// carried on at its rates, and get their commands as late. rate: of −A; stiffness: ‖A‖. With
+/// E = ½ (κτ)² (1 + κτ)², how far a carried-on error is from the present one, what delays add is at
+/// most κ (2E + κτ (1 + E)) times the largest error of the last 3τ, so that the rate r has
+/// r = rate − that exp(3τ r) [Halanay 1966]. 0: nothing is known.
+double late_rate(double rate_1_s, double stiffness_1_s, double age_s);
+
 /// Slowest mode of the same with constant g, from s = m g λ⁺, the rate without low-pass:
 /// (α/2)(1 − √(1 − 4 s/α)), or α/2 where it oscillates. [1/s]
 double low_pass_mode_rate(double low_pass_rad_s, double slope_1_s);

@@ -47,7 +47,9 @@ Certificate certify(const Scenario& scenario, const GroupNow& now) {
                            .beat_rate_rad_s = scenario.beat.rate_rad_s,
                            .sway = gait.sway(),
                            .off_path_rad = off_path(scenario, group, now),
-                           .step_s = scenario.step_s});
+                           .step_s = scenario.step_s,
+                           .guests = now.guests,
+                           .age_s = now.age_s});
   c.agents = now.agents;
   return c;
 }
@@ -60,13 +62,16 @@ std::vector<Stage> certify(const Scenario& scenario) {
     GroupNow now{.group = static_cast<int>(g),
                  .rules = group.rules,
                  .gait = scenario.gait_number(group.gait),
-                 .agents = group.count + static_cast<int>(guests)};
+                 .agents = group.count + static_cast<int>(guests),
+                 .guests = static_cast<int>(guests),
+                 .age_s = scenario.stale_s};
     const auto add = [&](double from_s, const std::string& gait) {
       stages.push_back({group.name, gait, from_s, now.rules, now.agents, certify(scenario, now)});
       if (guests == 0) return;
       stages.back().certificate.notes.push_back(
-          "agents from outside follow by laws of their own: nothing is said of " +
-          std::to_string(guests) + " of " + std::to_string(now.agents));
+          "agents from outside follow by laws of their own: rates are those if " +
+          std::to_string(guests) + " of " + std::to_string(now.agents) +
+          " do what their commands say, with states as old as stale_s allows");
     };
     std::string gait = group.gait;
     add(0.0, gait);

@@ -226,6 +226,10 @@ double turn_error(const Group& group, const HeadingRule& rule, const RuleCertifi
   return to_goal ? 2.0 * std::tan(0.5 * error) : error;
 }
 
+namespace {
+constexpr double kLeastAge_s = 0.02, kYounger_s = 5.0;
+}
+
 void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule,
                    std::span<const Observed> agents, double t_s) {
   for (const Observed& a : agents) {
@@ -260,6 +264,8 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
                                                        .rules = rules,
                                                        .gait = run.gait(group),
                                                        .agents = agents,
+                                                       .guests = kept.guests,
+                                                       .age_s = kept.age_s,
                                                        .turned = kept.turned}));
   kept.expected.clear();
   kept.settled = {};
@@ -279,6 +285,33 @@ std::string Watch::change_of(const ScenarioRun& run, int group, int agents) cons
   }
   if (!why.empty() && !kept.expected.empty()) why += ": " + kept.expected;
   return why;
+}
+
+/// A new certificate where states of agents from outside are older than in the last one, or have
+/// not been half as old for some seconds: ages in powers of two.
+std::string Watch::aged(Kept& kept, double time_s) const {
+  double oldest = 0.0;
+  for (const Observed& a : members_) {
+    if (a.external) oldest = std::max(oldest, a.age_s);
+  }
+  const auto level = [](double age_s) {
+    return age_s > 0.0
+               ? kLeastAge_s * std::exp2(std::ceil(std::max(0.0, std::log2(age_s / kLeastAge_s))))
+               : 0.0;
+  };
+  kept.older_s = std::max(kept.older_s, oldest);
+  const double before = kept.age_s;
+  if (oldest > kept.age_s) {
+    kept.age_s = level(oldest);
+  } else if (time_s - kept.seen_s > kYounger_s) {
+    kept.age_s = level(kept.older_s);
+  } else {
+    return {};
+  }
+  kept.older_s = 0.0;
+  kept.seen_s = time_s;
+  if (kept.age_s == before) return {};
+  return fmt::format("what is known of agents from outside is up to {:g} s old", kept.age_s);
 }
 
 void Watch::expect_change(int group, std::string reason) {
@@ -311,7 +344,8 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
       if (everybody[i].coupled) members_.push_back(everybody[i]);
     }
     groups_[at(g)].guests = static_cast<int>(std::ranges::count_if(members_, &Observed::external));
-    const std::string why = change_of(run, g, static_cast<int>(members_.size()));
+    std::string why = change_of(run, g, static_cast<int>(members_.size()));
+    if (const std::string age = aged(groups_[at(g)], time_s); why.empty()) why = age;
     if (!why.empty()) certify(run, g, static_cast<int>(members_.size()), why);
     const Group& group = run.scenario().groups[at(g)];
     Kept& kept = groups_[at(g)];
@@ -369,10 +403,9 @@ std::vector<RuleLine> Watch::lines() const {
       lines.push_back({g, rule, rule_certificate, measured,
                        std::isfinite(disorder) ? disorder : 0.0, kept.guests});
       if (kept.guests == 0) return;
-      lines.back().certificate.why += fmt::format(
-          "; not of {} of {} agents, which come from outside and follow by laws of "
-          "their own",
-          kept.guests, c.agents);
+      lines.back().certificate.why +=
+          fmt::format("; {} of {} agents come from outside and follow by laws of their own",
+                      kept.guests, c.agents);
     };
     RuleReport by_frequency = report.spacing;
     if (c.length.guarantee != Guarantee::off) by_frequency.measured_1_s.reset();  // is of rule II

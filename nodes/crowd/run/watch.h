@@ -22,6 +22,7 @@ struct Observed {
   int group = 0;
   bool coupled = true;    ///< takes part in its group's rules
   bool external = false;  ///< another process moves it
+  double age_s = 0.0;     ///< of what is known of it
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0, phase_rad = 0.0;
   double place_m = 0.0, lane_m = 0.0, radius_m = 0.25;
@@ -179,12 +180,15 @@ class Watch {
     HeadingKind heading = HeadingKind::keep;  // of the certificate
     bool turned = false;                      // where headings point is not known
     int guests = 0;                           // coupled agents from outside
+    double age_s = 0.0;                       // of them, in the certificate
+    double older_s = 0.0, seen_s = 0.0;       // the oldest since a time
     Settled settled;
   };
   void certify(const ScenarioRun& run, int group, int agents, const std::string& why);
   void measure(const ScenarioRun& run, int group, double time_s);
   void greet(const ScenarioRun& run, const Observed& agent, double beat_rad);
   std::string change_of(const ScenarioRun& run, int group, int agents) const;
+  std::string aged(Kept& kept, double time_s) const;
 
   std::vector<Kept> groups_;
   std::vector<int> last_group_;  // group of every id

@@ -84,10 +84,37 @@ TEST(Watch, AGroupWithAgentsFromOutsideIsNotBlamedForItsRate) {
   EXPECT_FALSE(with.broken());
   EXPECT_TRUE(line(with.lines(), Rule::length)->report.broken()) << "it is shown all the same";
   EXPECT_EQ(line(with.lines(), Rule::length)->guests, 1);
-  EXPECT_NE(line(with.lines(), Rule::length)->certificate.why.find("not of 1 of 6 agents"),
-            std::string::npos);
+  EXPECT_NE(
+      line(with.lines(), Rule::length)->certificate.why.find("1 of 6 agents come from outside"),
+      std::string::npos);
   EXPECT_EQ(line(without.lines(), Rule::length)->certificate.why.find("from outside"),
             std::string::npos);
+}
+
+TEST(Watch, TheGuaranteeFallsWithTheAgeOfWhatIsKnownOfGuests) {
+  ScenarioRun run(scenario({squad("a", 6, Topology::all_to_all)}));
+  Watch watch(run);
+  const auto rate = [&] { return line(watch.lines(), Rule::phase)->certificate.guaranteed_1_s; };
+  const auto see = [&](double for_s, double age_s) {
+    for (const double until_s = run.time_s() + for_s; run.time_s() < until_s; run.step()) {
+      std::vector<Observed> all = everybody(run);
+      all[2].external = true;
+      all[2].age_s = age_s;
+      watch.observe(run, run.time_s(), all);
+    }
+    return watch.take_voided();
+  };
+  const double free = rate();
+  EXPECT_EQ(see(6.0, 0.015), "group a: what is known of agents from outside is up to 0.02 s old");
+  const double young = rate();
+  EXPECT_LT(young, free);
+  EXPECT_GT(young, 0.9 * free);
+  EXPECT_EQ(see(6.0, 0.018), "");
+  EXPECT_EQ(see(0.1, 0.15), "group a: what is known of agents from outside is up to 0.16 s old");
+  EXPECT_LT(rate(), 0.9 * young);
+  EXPECT_EQ(see(4.0, 0.03), "") << "not yet";
+  EXPECT_EQ(see(8.0, 0.03), "group a: what is known of agents from outside is up to 0.04 s old");
+  EXPECT_LT(rate(), young);
 }
 
 TEST(Watch, RatesThatHoldInTheEndAreMeasuredThere) {
