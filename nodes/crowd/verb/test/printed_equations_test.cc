@@ -131,6 +131,16 @@ struct Group {
     return sum;
   }
   double g(double phi) const { return mean + series(cosine, sine, phi); }
+  double fastest() const {
+    double most = 0.0;
+    for (int i = 0; i < 64; ++i) most = std::max(most, g(0.1 * i));
+    const double by_heading_1_s = heading == "coupled" ? turn * by_heading.most()
+                                  : heading == "goal"  ? turn
+                                                       : turn * omega;
+    return std::max({frequency * most * by_frequency.most(),
+                     length * omega * most * by_length.most(),
+                     phase * by_phase.most() + leader + beat_gain, by_heading_1_s});
+  }
 
   /// Rates at which the state changes; z counts from each one's place.
   State rates(const State& s, double t) const {
@@ -485,9 +495,11 @@ Outcome judge(unsigned seed, const std::string& folder) {
   double slowest = 1e9;
   for (const auto& [name, rule] : rules)
     slowest = std::min(slowest, double(rule["guaranteed_1_s"]));
-  const double h = 0.02, until = std::min(20.0 + 25.0 / slowest, 400.0);
+  // Samples every 0.1 s; steps are short beside the fastest rate, or errors end at those of steps.
+  const double per_sample = std::max(5.0, std::ceil(1.7 * g.fastest()));
+  const double h = 0.1 / per_sample, until = std::min(20.0 + 25.0 / slowest, 400.0);
   for (long k = 0; t < until; ++k, t = static_cast<double>(k) * h) {
-    if (k % 5 == 0) {
+    if (k % static_cast<long>(per_sample) == 0) {
       for (Curve& c : curves) {
         c.t.push_back(t);
         c.e.push_back(c.error());
