@@ -32,6 +32,16 @@ TEST(CrowdBiped, TakesItsPlaceInStep) {
   }
 }
 
+TEST(Fleet, ABipedBasesAndFiguresJoinByName) {
+  Scenario run("fleet", {"--arg", "until=16"});
+  (void)run.wait();  // not in order yet
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["agents"], 18);
+  EXPECT_EQ(result["collisions"], 0);
+  EXPECT_LE(result["place_error_mm"], 700.0) << "of 1.8 m at the start";
+}
+
 TEST(CrowdBiped, ItsWalkerIsKilledAndTheOthersGoOn) {
   Scenario run("crowd_biped", {"--arg", "whole=false", "--arg", "until=8"});
   runtime::Tap tap(

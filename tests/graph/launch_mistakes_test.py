@@ -26,6 +26,7 @@ CLEAN = {
     + [(f"scenario={p.stem}",) for p in sorted((ROOT / "launch/crowd").glob("*.yaml"))],
     "crowd_biped.yaml": [(), ("plant=servo",)],
     "drawer.yaml": [(), ("plant=servo",)],
+    "fleet.yaml": [(), ("clock=wall",)],
     "imitation.yaml": [(), ("teacher=full,below,low",), ("clock=wall",), ("clock=sim",)],
     "replay.yaml": [("log=imitation.mcap",)],
     "walk.yaml": [(), ("style=brisk", "x=-2", "y=3"), ("kind=drawer", "drawer=true", "x=4", "y=0")],
