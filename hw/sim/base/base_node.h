@@ -33,7 +33,13 @@ struct SimBaseParams {
     v("rate_hz", rate_hz, 1.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
     runtime::list(v, "bases", bases);
-    v.group("limits", [&](auto& g) { limits.visit(g); });
+    v.group("limits", [&](runtime::ParamVisitor& g) {
+      g("v_max_m_s", limits.v_max_m_s, 0.01, 10.0);
+      g("turn_max_rad_s", limits.turn_max_rad_s, 0.01, 20.0);
+      g("a_max_m_s2", limits.a_max_m_s2, 0.01, 20.0);
+      g("turn_a_max_rad_s2", limits.turn_a_max_rad_s2, 0.01, 100.0);
+      g("turn_gain_1_s", limits.turn_gain_1_s, 0.01, 20.0);
+    });
     v("stale_s", stale_s, 0.01, 60.0);
   }
 };

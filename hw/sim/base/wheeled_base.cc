@@ -1,6 +1,7 @@
 #include "hw/sim/base/wheeled_base.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/math/circle.h"
 

@@ -1,8 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <cmath>
-
-#include "common/runtime/params.h"
 
 namespace mimesis::hw::sim {
 
@@ -13,14 +10,6 @@ struct BaseLimits {
   double a_max_m_s2 = 1.0;         ///< of its speed
   double turn_a_max_rad_s2 = 4.0;  ///< of its turning
   double turn_gain_1_s = 2.0;      ///< of the turn to the wished heading
-
-  void visit(runtime::ParamVisitor& v) {
-    v("v_max_m_s", v_max_m_s, 0.01, 10.0);
-    v("turn_max_rad_s", turn_max_rad_s, 0.01, 20.0);
-    v("a_max_m_s2", a_max_m_s2, 0.01, 20.0);
-    v("turn_a_max_rad_s2", turn_a_max_rad_s2, 0.01, 100.0);
-    v("turn_gain_1_s", turn_gain_1_s, 0.01, 20.0);
-  }
 };
 
 /// What it shall do: as a walker steps, so that it keeps time with walkers.
