@@ -17,6 +17,7 @@ class Mistake:
 
 IMITATION, BIPED, CROWD, WALK = "imitation.yaml", "biped.yaml", "crowd.yaml", "walk.yaml"
 BODY = "parts/biped_body.yaml"
+SIM = ("--arg", "sim=true")
 
 # The 35 of which 24 were found when nodes did not yet describe themselves.
 FIRST = [
@@ -166,7 +167,6 @@ SECOND = [
 
 # With include, groups, for and conditions.
 ROBOT, TWO = "robot.yaml", "biped_two.yaml"
-SIM = ("--arg", "sim=true")
 THIRD = [
     Mistake("file to include", BIPED, "file: parts/biped_body.yaml", "file: «parts/biped_bdoy.yaml", "there is no file",
             "parts/biped_body.yaml"),
