@@ -91,5 +91,14 @@ TEST_F(McapPeer, WritesLogsThatWeRead) {
   }
 }
 
+TEST_F(McapPeer, WritesMessagesOfRos2ThatWeRead) {
+  const fs::path file = folder_ / "ros2.mcap";
+  const Ran wrote = run_script("ros2.js", "write '" + file.string() + "'");
+  ASSERT_EQ(wrote.status, 0) << wrote.output;
+  const Ran compared = run(MIMESIS_BIN_DIR "/mimesis log cat --bytes hex '" + file.string() +
+                           "' | node " MIMESIS_SOURCE_DIR "/tests/peer/ros2.js compare");
+  EXPECT_EQ(compared.output, "144 of 144 equal");
+}
+
 }  // namespace
 }  // namespace mimesis::peer

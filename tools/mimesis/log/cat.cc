@@ -34,8 +34,8 @@ constexpr std::size_t kTextBuffer = 64 * 1024;  // per write [bytes]
 
 /// How the messages of one channel become text.
 struct ChannelPrinter {
-  std::string head;                              ///< up to the sequence number
-  google::protobuf::Message* message = nullptr;  ///< filled again and again; null: foreign
+  std::string head;               ///< up to the sequence number
+  const LogType* type = nullptr;  ///< null: foreign
   std::vector<FieldPath> fields;
   bool json = false;     ///< the payload itself is JSON
   bool skipped = false;  ///< has none of the fields
@@ -89,13 +89,13 @@ class MessagePrinter {
     head.string(sender_of(*c.channel));
     head.raw(",\"seq\":");
     printer.json = c.channel->message_encoding == "json";
-    if (c.channel->message_encoding == "protobuf" && c.schema != nullptr) {
-      printer.message = decoder_.make(*c.schema);
+    if (c.schema != nullptr && LogType::reads(*c.schema, c.channel->message_encoding)) {
+      printer.type = decoder_.type(*c.schema);
     }
     for (const std::string& path : fields_) {
-      if (printer.message == nullptr) continue;
+      if (printer.type == nullptr) continue;
       try {
-        printer.fields.emplace_back(*printer.message->GetDescriptor(), path);
+        printer.fields.emplace_back(*printer.type->message().GetDescriptor(), path);
         found_.insert(path);
       } catch (const ConfigError& e) {
         misses_[path].insert(e.what());
@@ -107,18 +107,22 @@ class MessagePrinter {
   void payload(ChannelPrinter& printer, const Item& item, JsonText& text) {
     const std::string_view data = item.message->data;
     text.raw(printer.fields.empty() ? ",\"message\":" : ",\"fields\":{");
-    if (printer.message != nullptr) {
-      if (parse(data, *printer.message)) {
-        if (printer.fields.empty()) return text.message(*printer.message);
+    if (printer.type != nullptr) {
+      const std::string wrong = printer.type->read(data);
+      if (wrong.empty()) {
+        const google::protobuf::Message& message = printer.type->message();
+        if (printer.fields.empty()) return text.message(message);
         for (const FieldPath& path : printer.fields) {
           if (&path != &printer.fields.front()) text.raw(",");
           text.string(path.text());
           text.raw(":");
-          text.field(*printer.message, path);
+          text.field(message, path);
         }
         return text.raw("}");
       }
-      if (invalid_++ == 0) note(item, "holds messages that are not of their type: lengths only");
+      if (invalid_++ == 0) {
+        note(item, "holds messages that are not of their type: lengths only (" + wrong + ")");
+      }
       return printer.fields.empty() ? text.bytes(data) : text.raw("}");
     }
     const bool deep = printer.json && nested_deeper(data, kDeepestShown);
@@ -127,9 +131,12 @@ class MessagePrinter {
       return text.raw(nlohmann::ordered_json::parse(data).dump());
     }
     if (noted_.insert(item.channel).second) {
+      const std::string trouble = item.schema == nullptr ? "" : decoder_.trouble(*item.schema);
       note(item, deep ? fmt::format("JSON nested deeper than {}: lengths only", kDeepestShown)
-                      : fmt::format("'{}' cannot be decoded: lengths only",
-                                    item.channel->message_encoding));
+                 : !trouble.empty()
+                     ? fmt::format("its definition cannot be read: lengths only ({})", trouble)
+                     : fmt::format("'{}' cannot be decoded: lengths only",
+                                   item.channel->message_encoding));
     }
     text.bytes(data);
   }

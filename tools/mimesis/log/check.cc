@@ -175,15 +175,17 @@ class MessageCheck {
       return;
     }
     const auto prototype = prototypes_.find(channel.schema_id);
-    if (channel.message_encoding != "protobuf" || prototype == prototypes_.end() ||
+    const bool is_cdr = channel.message_encoding == "cdr";
+    if ((channel.message_encoding != "protobuf" && !is_cdr) || prototype == prototypes_.end() ||
         prototype->second == nullptr) {
       return;
     }
-    Message& decoded = *prototype->second;
-    if (!parse(message.data, decoded)) {
-      state.invalid.add(reader_.offset(), 1, fmt::format("no {}", decoded.GetTypeName()));
+    const LogType& type = *prototype->second;
+    if (const std::string why = type.read(message.data); !why.empty()) {
+      state.invalid.add(reader_.offset(), 1,
+                        is_cdr ? why : fmt::format("no {}", type.message().GetTypeName()));
     } else if (!state.unknown_fields) {
-      state.unknown_fields = has_unknown_fields(decoded);
+      state.unknown_fields = has_unknown_fields(type.message());
     }
   }
 
@@ -195,19 +197,18 @@ class MessageCheck {
     if (!fresh && known->second != schema.data) {
       checked_.add(info, "schema", at, "{} is defined in several ways", schema.name);
     }
-    if (schema.encoding != "protobuf") {
+    if (!LogType::reads(schema)) {
       if (!schema.encoding.empty() && schema.encoding != "jsonschema") {
         checked_.add(info, "encoding", at, "schema {}: '{}' is not looked into", schema.name,
                      schema.encoding);
       }
       return;
     }
-    auto prototype = types_.make(schema.name, schema.data);
-    if (prototype == nullptr) {
-      checked_.add(error, "schema", at, "schema {}: its descriptor set does not define this type",
-                   schema.name);
+    try {
+      prototypes_[schema.id] = std::make_unique<LogType>(schema, types_);
+    } catch (const ConfigError& e) {
+      checked_.add(error, "schema", at, "schema {}: {}", schema.name, e.what());
     }
-    prototypes_[schema.id] = std::move(prototype);
   }
 
   void take_channel(const log::Channel& channel) {
@@ -216,7 +217,9 @@ class MessageCheck {
       checked_.add(error, "channel", at, "channel {} ({}): schema {} was not defined before",
                    channel.id, channel.topic, channel.schema_id);
     }
-    if (channel.message_encoding != "protobuf" && channel.message_encoding != "json") {
+    const std::string& encoding = channel.message_encoding;
+    const bool is_ros = encoding == "cdr" && prototypes_.contains(channel.schema_id);
+    if (encoding != "protobuf" && encoding != "json" && !is_ros) {
       checked_.add(info, "encoding", at, "channel {} ({}): '{}' is not looked into", channel.id,
                    channel.topic, channel.message_encoding);
     }
@@ -324,7 +327,7 @@ class MessageCheck {
   CheckedLog& checked_;
   log::StreamReader reader_;
   runtime::TypePool types_;  // before the messages that it makes
-  std::map<std::uint16_t, std::unique_ptr<google::protobuf::Message>> prototypes_;  ///< by schema
+  std::map<std::uint16_t, std::unique_ptr<LogType>> prototypes_;  ///< by schema
   std::map<std::uint16_t, ChannelState> states_;
   std::map<std::string, std::string> definitions_;  ///< definitions of schemas, by name
   std::uint64_t last_time_ = 0;

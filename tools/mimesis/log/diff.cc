@@ -320,8 +320,8 @@ std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const Op
       }
       const auto wall = wall_fields().find(c.type());
       if (!options.wall_fields && wall != wall_fields().end()) rules[topic].ignore = wall->second;
-      const auto* type = c.schema == nullptr ? nullptr : decoder.make(*c.schema);
-      if (type != nullptr) types.emplace(topic, type->GetDescriptor());
+      const LogType* type = c.schema == nullptr ? nullptr : decoder.type(*c.schema);
+      if (type != nullptr) types.emplace(topic, type->message().GetDescriptor());
     }
   }
   std::ranges::sort(topics);

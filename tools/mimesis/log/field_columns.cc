@@ -51,31 +51,61 @@ bool holds_message(const FieldDescriptor& f) {
 
 }  // namespace
 
-google::protobuf::Message* LogDecoder::make(const log::Schema& schema) {
-  if (schema.encoding != "protobuf") return nullptr;
-  const auto [it, first] = messages_.try_emplace(&schema);
-  if (first) it->second = types_.make(schema.name, schema.data);
-  return it->second.get();
+LogType::LogType(const log::Schema& schema, runtime::TypePool& pool) {
+  if (cdr::RosType::reads(schema.encoding)) {
+    ros_ = cdr::RosType::parse(schema.name, schema.encoding, schema.data);
+    message_ = ros_->make();
+    return;
+  }
+  message_ = pool.make(schema.name, schema.data);
+  if (message_ == nullptr) throw ConfigError("its descriptor set does not define this type");
 }
 
+std::string LogType::read(std::string_view bytes) const {
+  if (ros_ != nullptr) return ros_->read(bytes, *message_);
+  return parse(bytes, *message_) ? "" : "no valid Protobuf of this type";
+}
+
+const LogDecoder::Known& LogDecoder::known(const log::Schema& schema) {
+  const auto [it, first] = known_.try_emplace(&schema);
+  if (!first || !LogType::reads(schema)) return it->second;
+  try {
+    it->second.type = std::make_unique<LogType>(schema, types_);
+  } catch (const ConfigError& e) {
+    it->second.trouble = e.what();
+  }
+  return it->second;
+}
+
+const LogType* LogDecoder::type(const log::Schema& schema) { return known(schema).type.get(); }
+std::string LogDecoder::trouble(const log::Schema& schema) { return known(schema).trouble; }
+
 const Descriptor& LogDecoder::type(const OpenChannel& channel) {
-  const Message* message = channel.schema == nullptr ? nullptr : make(*channel.schema);
-  if (message != nullptr) return *message->GetDescriptor();
+  const log::Schema* schema = channel.schema;
+  if (schema != nullptr && LogType::reads(*schema, channel.channel->message_encoding)) {
+    if (const LogType* known = type(*schema)) return *known->message().GetDescriptor();
+    throw ConfigError(
+        fmt::format("{} ({}): {}", channel.channel->topic, schema->name, trouble(*schema)));
+  }
   throw ConfigError(fmt::format(
-      "{}: messages are '{}', not Protobuf with a schema: they have no fields to choose",
+      "{}: messages are '{}', not Protobuf or ROS with a schema: they have no fields to choose",
       channel.channel->topic, channel.channel->message_encoding));
 }
 
 const Message* LogDecoder::decode(const Item& item) {
-  Message* message = item.schema == nullptr ? nullptr : make(*item.schema);
-  return message != nullptr && parse(item, *message) ? message : nullptr;
+  const bool reads =
+      item.schema != nullptr && LogType::reads(*item.schema, item.channel->message_encoding);
+  const LogType* type = reads ? this->type(*item.schema) : nullptr;
+  return type != nullptr && type->read(item.message->data).empty() ? &type->message() : nullptr;
 }
 
 const Message* LogDecoder::decode_or_tell(const Item& item) {
   const Message* message = decode(item);
   if (message == nullptr) {
-    std::cerr << fmt::format("{}: the message at log time {} ns is not a valid {}\n",
-                             item.channel->topic, item.message->log_time, item.schema->name);
+    const LogType* type = item.schema == nullptr ? nullptr : this->type(*item.schema);
+    std::cerr << fmt::format("{}: the message at log time {} ns is not a valid {}{}\n",
+                             item.channel->topic, item.message->log_time, item.schema->name,
+                             type == nullptr ? "" : ": " + type->read(item.message->data));
   }
   return message;
 }

@@ -8,26 +8,57 @@
 #include <string>
 #include <vector>
 
+#include "common/cdr/ros_type.h"
 #include "common/runtime/raw.h"
 #include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 
-/// Messages by the descriptor sets of their logs.
+/// A type of a log: Protobuf, or ROS 2 in CDR.
+class LogType {
+ public:
+  /// @throws ConfigError where its definition is none
+  LogType(const log::Schema& schema, runtime::TypePool& pool);
+  static bool reads(const log::Schema& schema) {
+    return schema.encoding == "protobuf" || cdr::RosType::reads(schema.encoding);
+  }
+  /// What the channel's messages must be encoded as.
+  static bool reads(const log::Schema& schema, std::string_view message_encoding) {
+    return reads(schema) &&
+           message_encoding == (schema.encoding == "protobuf" ? "protobuf" : "cdr");
+  }
+  google::protobuf::Message& message() const { return *message_; }  ///< filled again and again
+  /// Why the bytes are no such message; empty: they are.
+  std::string read(std::string_view bytes) const;
+
+ private:
+  std::shared_ptr<const cdr::RosType> ros_;  ///< null: Protobuf; outlives the message
+  std::unique_ptr<google::protobuf::Message> message_;
+};
+
+/// Messages by the definitions in their logs.
 class LogDecoder {
  public:
-  /// Null if the message is not Protobuf, or not a valid one. Lives until the next of its type.
+  /// Null if the message is of no type that is read, or not a valid one. Lives until the next of
+  /// its type.
   const google::protobuf::Message* decode(const Item& item);
   /// Like `decode`; reports an invalid message on standard error.
   const google::protobuf::Message* decode_or_tell(const Item& item);
-  /// An empty one; null if the schema is not Protobuf's, or does not define its type.
-  google::protobuf::Message* make(const log::Schema& schema);
-  /// Type of a channel. @throws ConfigError if that has no Protobuf with a schema.
+  /// Null if it is neither Protobuf nor ROS, or its definition is none, of which `trouble` tells.
+  const LogType* type(const log::Schema& schema);
+  std::string trouble(const log::Schema& schema);
+  /// Type of a channel. @throws ConfigError if there is none.
   const google::protobuf::Descriptor& type(const OpenChannel& channel);
 
  private:
+  struct Known {
+    std::unique_ptr<LogType> type{};
+    std::string trouble{};
+  };
+  const Known& known(const log::Schema& schema);
+
   runtime::TypePool types_;
-  std::map<const log::Schema*, std::unique_ptr<google::protobuf::Message>> messages_;
+  std::map<const log::Schema*, Known> known_;
 };
 
 /// Query of the user: "bridge/joint_states.position_rad[*]".

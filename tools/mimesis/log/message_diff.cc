@@ -306,13 +306,17 @@ MessageDifference diff_messages(const Message& a, const Message& b, const DiffRu
 }
 
 std::unique_ptr<Message> PayloadDiff::decode(const Payload& payload) {
-  if (payload.schema == nullptr || payload.schema->encoding != "protobuf") return nullptr;
-  auto message = types_.make(payload.schema->name, payload.schema->data);
-  if (!message ||
-      !message->ParseFromArray(payload.bytes.data(), static_cast<int>(payload.bytes.size()))) {
-    return nullptr;
+  if (payload.schema == nullptr) return nullptr;
+  if (cdr::RosType::reads(payload.schema->encoding)) {
+    const LogType* type = ros_.type(*payload.schema);
+    if (type == nullptr || !type->read(payload.bytes).empty()) return nullptr;
+    std::unique_ptr<Message> message(type->message().New());
+    message->CopyFrom(type->message());
+    return message;
   }
-  return message;
+  if (payload.schema->encoding != "protobuf") return nullptr;
+  auto message = types_.make(payload.schema->name, payload.schema->data);
+  return message && parse(payload.bytes, *message) ? std::move(message) : nullptr;
 }
 
 MessageDifference PayloadDiff::diff(const Payload& a, const Payload& b, const DiffRules& rules,

@@ -11,6 +11,7 @@
 
 #include "common/log/records.h"
 #include "common/runtime/raw.h"
+#include "tools/mimesis/log/field_columns.h"
 
 namespace mimesis::tool {
 
@@ -80,6 +81,7 @@ class PayloadDiff {
  private:
   std::unique_ptr<google::protobuf::Message> decode(const Payload& payload);
   runtime::TypePool types_;
+  LogDecoder ros_;
 };
 
 }  // namespace mimesis::tool

@@ -97,8 +97,9 @@ TEST_F(ExportTest, MistakesAreToldBeforeAnythingIsWritten) {
   EXPECT_EQ(why({"x.position_rd"}),
             "x: mimesis.v1.JointState has no field 'position_rd', did you mean 'position_rad'?");
   EXPECT_EQ(why({"x.position_rad,"}), "--csv x.position_rad,: expected a field behind the comma");
-  EXPECT_EQ(why({"json.a"}),
-            "json: messages are 'raw', not Protobuf with a schema: they have no fields to choose");
+  EXPECT_EQ(
+      why({"json.a"}),
+      "json: messages are 'raw', not Protobuf or ROS with a schema: they have no fields to choose");
   EXPECT_FALSE(std::filesystem::exists(folder_.file("never.csv")));
 }
 
