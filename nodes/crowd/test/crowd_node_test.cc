@@ -1,10 +1,16 @@
 // One coordinator between messages.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <random>
+#include <vector>
 
+#include "common/error.h"
 #include "common/math/circle.h"
 #include "common/testing/refusal.h"
+#include "nodes/crowd/scenario_file/scenario_file.h"
 #include "nodes/crowd/test/alone.h"
 
 namespace mimesis::crowd {
@@ -52,6 +58,59 @@ TEST(CrowdNode, RunTimeIsTheClocks) {
     }
     EXPECT_EQ(crowd.status.reason(), "");
   }
+}
+
+/// The first certificate of the node is that of `mimesis crowd certify`.
+TEST(CrowdNode, CertifiesAsTheToolDoes) {
+  int certified = 0;
+  for (unsigned seed = 0; seed < 150; ++seed) {
+    std::mt19937 random(seed);
+    const auto in = [&](double a, double b) {
+      return std::uniform_real_distribution<double>(a, b)(random);
+    };
+    const char* graphs[] = {"chain", "ring", "star", "all_to_all"};
+    const char* kinds[] = {"keep", "lane", "consensus", "coupled"};
+    const auto graph = [&] { return graphs[static_cast<int>(in(0.0, 3.999))]; };
+    const std::string kind = kinds[static_cast<int>(in(0.0, 3.999))];
+    std::string text = fmt::format(
+        "name: drawn\nuntil_s: 9\ngroups:\n  - name: g\n    count: {}\n    gait: walk\n"
+        "    spread_rad_s: {}\n    formation: {{shape: grid}}\n    rules:\n",
+        static_cast<int>(in(2.0, 20.0)), in(0.0, 1.0) < 0.7 ? 0.0 : in(0.0, 0.4));
+    if (in(0.0, 1.0) < 0.7)
+      text += fmt::format("      phase: {{graph: {}, gain_1_s: {}}}\n", graph(), in(-0.01, 0.5));
+    if (in(0.0, 1.0) < 0.6)
+      text += fmt::format("      length: {{graph: {}, gain_1_m: {}}}\n", graph(), in(0.0, 0.3));
+    if (in(0.0, 1.0) < 0.2)
+      text +=
+          fmt::format("      frequency: {{graph: {}, gain_rad_m_s: {}}}\n", graph(), in(0.0, 0.3));
+    text += fmt::format("      heading: {{kind: {}, gain: {}, graph: {}}}\n", kind, in(0.1, 1.0),
+                        kind == "coupled" ? graph() : "none");
+    const ScenarioFile file(text);
+    std::vector<Stage> stages;
+    std::unique_ptr<Alone> crowd;
+    try {
+      stages = certify(read_scenario(file.path(), {}));
+      crowd = std::make_unique<Alone>(text);
+    } catch (const ConfigError&) {
+      continue;  // against theory, or too fast for the engine's steps
+    }
+    ++certified;
+    for (int k = 0; k < 60 && crowd->certificate.guarantees_size() == 0; ++k) crowd->step();
+    const Certificate& c = stages.at(0).certificate;
+    const std::map<v1::CrowdRule, const RuleCertificate*> rules = {
+        {v1::CROWD_RULE_FREQUENCY, &c.frequency},
+        {v1::CROWD_RULE_LENGTH, &c.length},
+        {v1::CROWD_RULE_PHASE, &c.phase},
+        {v1::CROWD_RULE_TRACKING, &c.tracking},
+        {v1::CROWD_RULE_HEADING, &c.heading}};
+    for (const v1::CrowdGuarantee& said : crowd->certificate.guarantees()) {
+      const RuleCertificate& tool = *rules.at(said.rule());
+      EXPECT_EQ(said.guaranteed(), tool.guarantee == Guarantee::contracting) << text;
+      EXPECT_EQ(said.guaranteed_rate_1_s(), tool.guaranteed_1_s) << text;
+      EXPECT_EQ(said.why(), tool.why);
+    }
+  }
+  EXPECT_GT(certified, 75);
 }
 
 TEST(CrowdNode, CertifiesOnceASecond) {
