@@ -95,7 +95,7 @@ TEST(ScenarioFile, AnUnknownNameIsAnsweredWithThoseThereAre) {
   const std::string what = mimesis::testing::refusal([&] { (void)find_scenario("danse"); });
   EXPECT_NE(what.find("there is no 'danse'"), std::string::npos) << what;
   EXPECT_NE(what.find("characters, "), std::string::npos) << what;
-  EXPECT_NE(what.find("dance, formation, "), std::string::npos) << what;
+  EXPECT_NE(what.find("dance, fleet, formation, "), std::string::npos) << what;
   EXPECT_EQ(what.find('/'), std::string::npos) << "names, no folders: " << what;
 }
 
