@@ -198,7 +198,9 @@ std::string launch_text(const NewOptions& o) {
 #   mimesis launch {0}.launch.yaml
 #   mimesis service call planner/do '{{"home": true}}'
 version: 1
+clock: ${{arg:clock}}
 args:
+  clock: {{type: string, default: wall, help: "wall; with simulated drives also lockstep, which no load of the machine disturbs"}}
   sim:
     type: bool
     default: true

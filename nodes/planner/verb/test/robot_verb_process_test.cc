@@ -73,8 +73,9 @@ TEST_F(RobotNew, AnArmMovesByTheThreeCommands) {
   EXPECT_NE(text.str().find("enable: {type: string, default: service"), std::string::npos)
       << "real drives wait for somebody who enables them";
   testing::TestGraph graph;
-  testing::Process launch("mimesis", {"launch", folder_ / "mine.launch.yaml", "--graph",
-                                      graph.name(), "--arg", "view=false"});
+  testing::Process launch("mimesis",
+                          {"launch", folder_ / "mine.launch.yaml", "--graph", graph.name(), "--arg",
+                           "view=false", "--arg", "clock=lockstep"});
   testing::Process answer("mimesis", {"topic", "echo", "planner/answer", "--once", "--timeout",
                                       "60", "--graph", graph.name()});
   const std::vector<std::string> goal{
