@@ -75,11 +75,14 @@ class Producer {
 /// Makes whole messages of elided ones.
 class Restorer {
  public:
+  /// @param topics those that will be asked for
   /// @throws ConfigError if the log names a program that it may not, before any starts
-  Restorer(const std::vector<OpenLog>& logs, bool unconfined)
-      : logs_(logs), node_runs_(find_node_runs(logs)), unconfined_(unconfined) {
+  Restorer(const std::vector<OpenLog>& logs, const std::set<std::string>& topics, bool unconfined)
+      : logs_(logs), node_runs_(find_node_runs(logs)), topics_(topics), unconfined_(unconfined) {
     for (const OpenChannel& c : channels_of(logs)) {
-      const auto node_run = is_elided(*c.channel) ? run_of(*c.channel) : node_runs_.end();
+      const auto node_run = topics.contains(c.channel->topic) && is_elided(*c.channel)
+                                ? run_of(*c.channel)
+                                : node_runs_.end();
       if (node_run != node_runs_.end()) program_of(*node_run, "");
     }
   }
@@ -114,7 +117,8 @@ class Restorer {
     }
     std::set<std::string> topics;
     for (const OpenChannel& c : channels_of(logs_)) {
-      if (is_elided(*c.channel) && sender_of(*c.channel) == node_run->node())
+      if (is_elided(*c.channel) && topics_.contains(c.channel->topic) &&
+          sender_of(*c.channel) == node_run->node())
         topics.insert(c.channel->topic);
     }
     return std::make_unique<Producer>(logs_, *node_run, topics, unconfined_);
@@ -122,16 +126,26 @@ class Restorer {
 
   const std::vector<OpenLog>& logs_;
   std::vector<NodeRun> node_runs_;
+  const std::set<std::string>& topics_;
   bool unconfined_;
   std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Producer>> producers_;
 };
 
-/// Copies all messages, elided ones whole.
-void restore(const std::vector<OpenLog>& logs, NewLog& out, bool unconfined) {
-  Restorer restorer(logs, unconfined);
+std::set<std::string> elided_topics(const std::vector<OpenLog>& logs) {
+  std::set<std::string> topics;
+  for (const OpenChannel& c : channels_of(logs)) {
+    if (is_elided(*c.channel)) topics.insert(c.channel->topic);
+  }
+  return topics;
+}
+
+/// Copies all messages, elided ones of these topics whole.
+void restore(const std::vector<OpenLog>& logs, const std::set<std::string>& topics, NewLog& out,
+             bool unconfined) {
+  Restorer restorer(logs, topics, unconfined);
   std::map<const log::Channel*, log::Channel> whole;
   out.read("restore", logs, {}, [&](const Item& item) {
-    if (!is_elided(*item.channel)) return out.copy(item);
+    if (!is_elided(*item.channel) || !topics.contains(item.channel->topic)) return out.copy(item);
     const auto [channel, fresh] = whole.try_emplace(item.channel, *item.channel);
     if (fresh)
       for (const char* key : {kElidedKey, kFormerElidedKey}) channel->second.metadata.erase(key);
@@ -148,24 +162,23 @@ void restore(const std::vector<OpenLog>& logs, NewLog& out, bool unconfined) {
 int log_restore(const RewriteOptions& options, bool unconfined) {
   const auto logs = open_logs(options.inputs);
   NewLog out(options.output, logs);
-  restore(logs, out, unconfined);
+  restore(logs, elided_topics(logs), out, unconfined);
   return out.conclude(options.json);
 }
 
 }  // namespace
 
-std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths, bool unconfined) {
+std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths, bool unconfined,
+                                     const std::function<bool(const std::string&)>& wanted) {
   auto logs = open_logs(paths);
-  std::set<std::string> topics;
-  for (const OpenChannel& c : channels_of(logs)) {
-    if (is_elided(*c.channel)) topics.insert(c.channel->topic);
-  }
+  std::set<std::string> topics = elided_topics(logs);
+  if (wanted) std::erase_if(topics, [&](const std::string& topic) { return !wanted(topic); });
   if (topics.empty()) return logs;
   std::cerr << fmt::format("{}: {} is computed again\n", paths.front(), fmt::join(topics, ", "));
   const TemporaryFolder folder;  // an open file needs no name
   const std::string path = folder.path() + "/whole.mcap";
   NewLog out({.path = path, .compression = log::Compression::lz4}, logs);
-  restore(logs, out, unconfined);
+  restore(logs, topics, out, unconfined);
   out.finish();
   auto whole = open_logs({path});
   whole.front().path = paths.front();
