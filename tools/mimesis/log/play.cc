@@ -26,6 +26,7 @@
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/log/play_curves.h"
 #include "tools/mimesis/log/play_parts.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/restore.h"
@@ -70,10 +71,11 @@ class PacedPlayer {
         playback_(playback),
         ahead_(playback, options.ahead, [this] { ring(); }),
         bus_(PlayOutput::bus_options(wish, options.clock)),
-        output_(bus_, playback.topics(), options.clock),
+        output_(bus_, playback.topics(), options.clock, options.playback.last_of_all),
         timeline_(options.rate),
         paused_(options.paused),
-        marks_(playback) {
+        marks_(playback),
+        curves_(playback) {
     constexpr unsigned long kTimerSlack_ns = 1000;  // how late the kernel may wake us
     MIMESIS_ASSERT(bell_.open());
     ahead_.set_rate(options.rate);
@@ -346,12 +348,11 @@ class PacedPlayer {
     tell_clock();
   }
 
-  /// `act(request)` does it; then `answer` answers.
-  template <class Request, class Answer = v1::PlayerStatus>
-  void serve(std::string_view name, std::function<void(const Request&)> act,
-             Answer (PacedPlayer::*answer)() = &PacedPlayer::status) {
-    bus_.serve(name, Request::default_instance(), Answer::default_instance(),
-               [this, act, answer](const std::string& bytes) -> tl::expected<std::string, Status> {
+  /// `act(request)` does it; the status answers.
+  template <class Request>
+  void serve(std::string_view name, std::function<void(const Request&)> act) {
+    bus_.serve(name, Request::default_instance(), v1::PlayerStatus::default_instance(),
+               [this, act](const std::string& bytes) -> tl::expected<std::string, Status> {
                  Request request;
                  if (!request.ParseFromString(bytes)) {
                    return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
@@ -362,7 +363,19 @@ class PacedPlayer {
                  } catch (const Refusal& refusal) {
                    return tl::unexpected(Status{refusal.why});
                  }
-                 return (this->*answer)().SerializeAsString();
+                 return status().SerializeAsString();
+               });
+  }
+
+  /// `answer` tells something else.
+  template <class Request, class Answer>
+  void serve(std::string_view name, Answer (PacedPlayer::*answer)(const Request&)) {
+    bus_.serve(name, Request::default_instance(), Answer::default_instance(),
+               [this, answer](const std::string& bytes) -> tl::expected<std::string, Status> {
+                 Request request;
+                 if (!request.ParseFromString(bytes))
+                   return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
+                 return (this->*answer)(request).SerializeAsString();
                });
   }
 
@@ -373,11 +386,12 @@ class PacedPlayer {
     serve<v1::PlayerSeek>("seek", [this](const auto& request) { seek(request); });
     serve<v1::PlayerRate>("rate", [this](const auto& request) { set_rate(request.rate()); });
     serve<v1::PlayerAsk>("status", [](const auto&) {});
-    serve<v1::PlayerAsk>(
-        "marks", [](const auto&) {}, &PacedPlayer::marks);
+    serve("marks", &PacedPlayer::marks);
+    serve("curves", &PacedPlayer::curves);
   }
 
-  v1::PlayerMarks marks() { return marks_.found(); }
+  v1::PlayerMarks marks(const v1::PlayerAsk&) { return marks_.found(); }
+  v1::PlayerCurves curves(const v1::PlayerCurvesAsk& ask) { return curves_.draw(ask); }
 
   v1::PlayerStatus status() {
     v1::PlayerStatus s;
@@ -445,6 +459,7 @@ class PacedPlayer {
 
   bool paused_, given_up_ = false;
   PlayMarks marks_;
+  PlayCurves curves_;
   bool holding_ = true;                 ///< time stands in any case: subscribers are not there yet
   std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
   std::string last_topic_;
@@ -577,6 +592,9 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
           "(repeatable)")
       ->type_name("TOPIC")
       ->allow_extra_args(false);
+  play.add_flag("--for-viewers", o.playback.last_of_all,
+                "Recorded stamps; late subscribers and seeks get the last message of every topic")
+      ->excludes(clock);
   play.add_flag("--as-recorded", o.as_recorded, "Elided payloads are not computed again");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
@@ -584,7 +602,7 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
 constexpr const char* kPlayFooter =
     "Positions are seconds from the first message of the log. Latched topics come first, with the\n"
     "last value before the start. clock/time is not played.\n"
-    "Steered by services NAME/pause, resume, step, seek, rate, status, marks "
+    "Steered by services NAME/pause, resume, step, seek, rate, status, marks, curves\n"
     "(proto/player.proto),\n"
     "say mimesis service call player/pause; by a page: mimesis view LOG.\n"
     "Messages leave at their recorded times. Slow reliable subscribers are waited for, and "

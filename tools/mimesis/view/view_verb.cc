@@ -40,9 +40,10 @@ std::string new_key() {
 class Player {
  public:
   explicit Player(const Options& options) : graph_("view-" + std::to_string(getpid())) {
-    launch::Command command{{launch::find_executable("mimesis"), "log", "play", "--stay",
-                             "--all-topics", "--paused", "--rate", fmt::format("{}", options.rate)},
-                            {{"MIMESIS_GRAPH", graph_}}};
+    launch::Command command{
+        {launch::find_executable("mimesis"), "log", "play", "--stay", "--for-viewers",
+         "--all-topics", "--paused", "--rate", fmt::format("{}", options.rate)},
+        {{"MIMESIS_GRAPH", graph_}}};
     if (!options.images) command.argv.push_back("--as-recorded");
     command.argv.insert(command.argv.end(), options.film.logs.begin(), options.film.logs.end());
     process_.emplace(command);
@@ -101,7 +102,8 @@ int run(Options& options) {
   std::cout << serving.url() << std::endl;
   std::cerr << fmt::format("graph '{}'; Foxglove and Lichtblick: ws://{}:{}; Ctrl-C ends\n", graph,
                            server.address, serving.port());
-  LiveGraph live(serving, graph, shown);
+  LiveGraph live(serving, graph, shown,
+                 player ? runtime::Policy::reliable : runtime::Policy::latest);
   bool waits = player && !options.paused;  // until somebody looks
   while (!stop.requested()) {
     live.step();

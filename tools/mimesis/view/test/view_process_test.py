@@ -270,6 +270,35 @@ class ViewOfALog(unittest.TestCase):
             view.stdout.close()
             self.assertEqual([p.name for p in pathlib.Path(folder, "mimesis").iterdir() if p.name.startswith("view-")], [])
 
+    def test_what_precedes_a_subscription_or_a_seek_is_delivered(self):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = os.environ | {"XDG_RUNTIME_DIR": folder}
+            subprocess.run([f"{BIN}/mimesis", "plan", "bar_table.yaml", "--hand", "0.6", "0.1", "0.6", "--scene", f"{folder}/q.mcap"],
+                           capture_output=True, check=True, timeout=60.0, env=environment)
+            view = subprocess.Popen([f"{BIN}/mimesis", "view", f"{folder}/q.mcap", "--port", "0", "--key", "k"], stdout=subprocess.PIPE,
+                                    stderr=subprocess.DEVNULL, text=True, env=environment)
+            port = int(re.search(r":(\d+)/", view.stdout.readline())[1])
+            with Client(port, "/?key=k") as client:
+                channels = {}
+                client.until(lambda m: isinstance(m, dict) and m["op"] == "advertise" and
+                             channels.update({c["topic"]: c["id"] for c in m["channels"]}) is None and "scene" in channels)
+                subscribe = lambda topic, number: client.say({"op": "subscribe", "subscriptions": [{"id": number, "channelId": channels[topic]}]})
+                of = lambda number: lambda m: (found := message(m)) and found[0] == number and found
+                subscribe("frames", 1)  # the scene, sent once and not latched, is over by then
+                first = client.until(of(1))
+                client.until(lambda m: (found := of(1)(m)) and found[1] > first[1] + 500_000_000)
+                subscribe("scene", 2)
+                self.assertLess(client.until(of(2))[1], first[1] + 500_000_000, "its own time, not that of its delivery")
+                client.say({"op": "unsubscribe", "subscriptionIds": [1]})
+                with Client(port, "/?key=k") as other:
+                    service = other.until(lambda m: isinstance(m, dict) and m["op"] == "advertiseServices" and
+                                          next((s for s in m["services"] if s["name"] == "player/seek"), None))
+                    other.say(struct.pack("<BIII", 2, service["id"], 3, 8) + b"protobuf" + b"\x09" + struct.pack("<d", 2.0), BINARY)
+                self.assertTrue(client.until(of(2)), "once more after a seek")
+            view.send_signal(signal.SIGINT)
+            self.assertEqual(view.wait(timeout=PATIENCE_S), 0)
+            view.stdout.close()
+
     def film(self, *arguments, log="world.mcap"):
         return subprocess.run([f"{BIN}/mimesis", "view", f"{LOGS}/{log}", *arguments], capture_output=True, text=True, timeout=120.0)
 

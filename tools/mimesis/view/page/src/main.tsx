@@ -1,16 +1,21 @@
 import { render } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Connection } from "./connection";
-import { Fields, Images, Log, Nodes, Parameters, Player, Plots } from "./panels";
+import { Fields, Images, Log, Nodes, Parameters } from "./panels";
+import { Player } from "./player";
+import { Plots } from "./plots";
 import { film } from "./film";
 import { choose, fitting, hidden, layout, LAYOUTS, tab } from "./layouts";
 import { Scene } from "./scene";
+import { status } from "./time";
+import { Why } from "./why";
+import { followStarts } from "./wiring";
 import "uplot/dist/uPlot.min.css";
 import "./style.css";
 
 const query = new URLSearchParams(location.search), key = query.get("key");
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${key ? `?key=${encodeURIComponent(key)}` : ""}`);
-const TABS = { Nodes, Images, Fields, Plots, Log, Parameters };
+const TABS = { Nodes, Images, Fields, Plots, Why, Log, Parameters };
 type Tab = keyof typeof TABS;
 
 function Stage() {
@@ -25,6 +30,13 @@ function Stage() {
     }
   }, []);
   const channels = connection.channels.value;
+  useEffect(() => {
+    let last = 0;
+    return status.subscribe((now) => { // a seek to before
+      if (now && now.positionS < last) scene.current?.rewind(now.logTimeNs);
+      last = now?.positionS ?? 0;
+    });
+  }, []);
   useEffect(() => scene.current?.follow(connection), [channels]);
   const drawn = [...channels.values()].filter((c) => c.schemaName === "foxglove.SceneUpdate").map((c) => c.topic).sort();
   useEffect(() => scene.current?.hide(hidden.value), [hidden.value]);
@@ -50,6 +62,7 @@ function Stage() {
 
 function App() {
   const [byHand, setByHand] = useState(false);
+  useEffect(() => followStarts(connection), [connection.channels.value]);
   const fits = fitting(new Set([...connection.channels.value.values()].map((c) => c.topic)));
   useEffect(() => { if (!byHand && connection.channels.value.size && fits !== layout.value) choose(fits); }, [fits, byHand, connection.channels.value]);
   useEffect(() => {

@@ -6,6 +6,8 @@ import { Motions } from "./motions";
 import { RATIOS, Resolution } from "./resolution";
 
 const ROOT = "world";
+const FOREVER = 1n << 63n;
+const nsOf = (t: any): bigint => (t ? BigInt(t.seconds) * 1_000_000_000n + BigInt(t.nanos) : 0n); // of a time, or a duration
 const RESTS_MS = 250; // nothing moves for so long: drawn once more, at the finest
 type Rgba = { r: number; g: number; b: number; a: number } | undefined;
 
@@ -201,7 +203,7 @@ export class Scene {
     for (const [topic, channel] of connection.channels.value) {
       if (this.topics.has(topic)) continue;
       if (channel.schemaName === "foxglove.SceneUpdate")
-        this.topics.set(topic, connection.listen(topic, (m) => this.update(topic, m)));
+        this.topics.set(topic, connection.listen(topic, (m, ns) => this.update(topic, m, ns)));
       if (channel.schemaName === "foxglove.FrameTransforms")
         this.topics.set(topic, connection.listen(topic, (m) => this.move(m.transforms)));
     }
@@ -269,18 +271,30 @@ export class Scene {
     return new Promise((done) => this.canvas.toBlob((blob) => done(blob!), type, 0.95));
   }
 
-  update(topic: string, message: any) {
-    for (const gone of message.deletions) {
-      for (const [key, group] of this.entities) {
-        if (key !== `${topic}\n${gone.id}` && !(gone.type === 1 && key.startsWith(`${topic}\n`))) continue;
-        dispose(group);
-        this.entities.delete(key);
-      }
+  /** What was not there yet at this time [ns] goes. */
+  rewind(ns: bigint) {
+    this.remove((_, { stampNs }) => stampNs > ns);
+  }
+
+  private remove(which: (key: string, of: { stampNs: bigint; endNs: bigint }) => boolean) {
+    for (const [key, group] of this.entities) {
+      if (!which(key, group.userData as any)) continue;
+      dispose(group);
+      this.entities.delete(key);
+      this.dirty = true;
     }
+  }
+
+  /** `ns`: time of the message. */
+  update(topic: string, message: any, ns = 0n) {
+    this.remove((key, { endNs }) => endNs < ns && key.startsWith(`${topic}\n`)); // their lifetime is over
+    for (const gone of message.deletions)
+      this.remove((key) => key === `${topic}\n${gone.id}` || (gone.type === 1 && key.startsWith(`${topic}\n`)));
     for (const entity of message.entities) {
       const key = `${topic}\n${entity.id}`, before = this.entities.get(key);
       if (before) dispose(before);
-      const group = build(entity);
+      const group = build(entity), stampNs = nsOf(entity.timestamp) || ns, lifetimeNs = nsOf(entity.lifetime);
+      group.userData = { stampNs, endNs: lifetimeNs ? stampNs + lifetimeNs : FOREVER };
       group.visible = !this.hidden.has(topic);
       this.frame(entity.frameId || ROOT).add(group);
       this.entities.set(key, group);

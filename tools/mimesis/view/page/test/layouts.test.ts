@@ -1,12 +1,12 @@
 import { beforeAll, expect, test } from "vitest";
 
 const kept = new Map<string, string>();
-let layouts: typeof import("./layouts");
+let layouts: typeof import("../src/layouts");
 beforeAll(async () => {
   Object.assign(globalThis, {
     localStorage: { getItem: (k: string) => kept.get(k) ?? null, setItem: (k: string, v: string) => kept.set(k, v), removeItem: (k: string) => kept.delete(k) },
   });
-  layouts = await import("./layouts");
+  layouts = await import("../src/layouts");
 });
 
 test("the layout fits what the graph sends", () => {
