@@ -28,6 +28,7 @@
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/log/play_curves.h"
 #include "tools/mimesis/log/play_parts.h"
+#include "tools/mimesis/log/play_restore.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
@@ -54,6 +55,7 @@ struct PlayOptions {
   bool paused = false;                 ///< at the start
   bool stay = false;                   ///< at the end: paused, or a silent member of the lock-step
   bool as_recorded = false;            ///< elided payloads are not computed again
+  bool restore_all = false;            ///< also those that nobody looks at
   bool clock = false;                  ///< also drive the graph's simulated clock
   bool lockstep = false;               ///< take part in a lock-step graph
   bool json = false;
@@ -81,6 +83,8 @@ class PacedPlayer {
     ahead_.set_rate(options.rate);
     serve_requests();
     prctl(PR_SET_TIMERSLACK, kTimerSlack_ns);
+    if (options.playback.last_of_all && !options.as_recorded)
+      restorer_.emplace(playback, [this] { ring(); });
     jump(playback.start_ns());  // requests are answered from now on
     bus_.ready();
   }
@@ -155,10 +159,10 @@ class PacedPlayer {
     if (paused_) {
       timeline_.jump(now(), log_time);
       tell_clock();
-      output_.send(message);
+      send(message);
       if (step_to_ && (step_to_->empty() || *step_to_ == topic)) step_to_.reset();
     } else {
-      output_.send(message);
+      send(message);
       lateness_.add(now() - timeline_.due(log_time));
     }
     last_topic_ = topic;
@@ -166,6 +170,26 @@ class PacedPlayer {
     ++messages_;
     ++unserved_;
     unserved_bytes_ += size;
+  }
+
+  /// As it was sent, if it is elided and that has been computed.
+  void send(const Played& message) {
+    auto whole = restorer_ ? restorer_->whole(message) : std::nullopt;
+    if (!whole) return output_.send(message);
+    output_.send({message.topic, message.log_time_ns, message.publish_time_ns, std::move(*whole)});
+  }
+
+  /// What was elided and is looked at comes when it has been computed.
+  void restore() {
+    std::set<std::string> looked_at;
+    for (const PlayedTopic& topic : playback_.topics()) {
+      if (restorer_->elided(topic.topic) &&
+          (options_.restore_all || output_.has_subscribers(topic)))
+        looked_at.insert(topic.topic);
+    }
+    restorer_->look_at(std::move(looked_at), position_ns());
+    for (const Played& message : restorer_->fresh()) output_.send(message);
+    next_restore_ = now() + kLook;
   }
 
   /// Serves the bus between two messages, even if they leave no time to wait.
@@ -229,6 +253,7 @@ class PacedPlayer {
 
   void wait_until(Wall until) {
     if (output_.clock()) until = std::min(until, next_clock_);
+    if (restorer_) until = std::min(until, next_restore_);
     if (on_terminal_) until = std::min(until, now() + StatusLine::kInPlace);
     const std::array<int, 2> fds{stop_signal_.fd(), bell_.get()};
     unserved_ = unserved_bytes_ = 0;
@@ -238,6 +263,7 @@ class PacedPlayer {
       [[maybe_unused]] const auto rang = eventfd_read(bell_.get(), &count);
     }
     if (output_.clock() && now() >= next_clock_) tell_clock();
+    if (restorer_ && now() >= next_restore_) restore();
     if (!on_terminal_) return;
     line_.show(fmt::format("{:.1f} / {:.1f} s  x{:.3g}{}{}", playback_.position_s(position_ns()),
                            playback_.position_s(playback_.end_ns()), timeline_.rate(),
@@ -268,7 +294,8 @@ class PacedPlayer {
     const std::vector<Played> latched = ahead_.seek(log_time_ns);
     timeline_.jump(now(), play_time(log_time_ns));
     tell_clock();
-    for (const Played& value : latched) output_.send(value);
+    for (const Played& value : latched) send(value);
+    if (restorer_) restore();
   }
 
   void tell_clock() {
@@ -408,6 +435,12 @@ class PacedPlayer {
     s.set_pass(static_cast<std::uint32_t>(pass_));
     s.set_holding(holding_);
     s.set_held_s(to_seconds(held_));
+    if (restorer_) {
+      const PlayRestorer::Progress p = restorer_->progress();
+      s.set_restored(p.computed);
+      s.set_elided(p.all);
+      s.set_restore_problem(p.problem);
+    }
     return s;
   }
 
@@ -465,8 +498,9 @@ class PacedPlayer {
   std::string last_topic_;
   int pass_ = 1;
   std::uint64_t messages_ = 0, unserved_ = 0, unserved_bytes_ = 0;
-  Wall next_clock_{}, going_since_{};
+  Wall next_clock_{}, next_restore_{}, going_since_{};
   Time going_{}, held_{};
+  std::optional<PlayRestorer> restorer_;  ///< for viewers
 };
 
 /// Plays as a member of a lock-step graph: steps exactly at the times of the recorded messages, so
@@ -521,7 +555,8 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback, const LiveP
 int log_play(PlayOptions& options) {
   options.playback.filter = filter_of(options.topics);
   options.playback.remap = PlayRemap(options.remaps);
-  Playback playback(options.as_recorded ? open_logs(options.files) : open_whole_logs(options.files),
+  const bool later = options.as_recorded || options.playback.last_of_all;
+  Playback playback(later ? open_logs(options.files) : open_whole_logs(options.files),
                     options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   if (options.name.empty()) options.name = launched_as().empty() ? "player" : launched_as();
@@ -593,8 +628,10 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
       ->type_name("TOPIC")
       ->allow_extra_args(false);
   play.add_flag("--for-viewers", o.playback.last_of_all,
-                "Recorded stamps; late subscribers and seeks get the last message of every topic")
+                "Recorded stamps; late subscribers and seeks get the last message of every topic; "
+                "elided payloads that somebody looks at are computed while it plays")
       ->excludes(clock);
+  play.add_flag("--restore-all", o.restore_all, "With --for-viewers: all elided payloads are");
   play.add_flag("--as-recorded", o.as_recorded, "Elided payloads are not computed again");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }

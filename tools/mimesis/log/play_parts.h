@@ -208,6 +208,9 @@ class PlayOutput {
     }
     return false;
   }
+  bool has_subscribers(const PlayedTopic& topic) const {
+    return outs_.at(&topic)->subscribers() > 0;
+  }
   void send(const Played& message) {
     // Subscribers compare the stamp with their own clock: it is the recorded one if the player
     // drives that clock, else now less the age that the message had when it was recorded.

@@ -126,6 +126,7 @@ class Playback {
   Playback(const Playback&) = delete;
   Playback& operator=(const Playback&) = delete;
 
+  const std::vector<OpenLog>& logs() const { return logs_; }
   const std::deque<PlayedTopic>& topics() const { return topics_; }
   /// Lines about requested topics that are not played: no such topic, or not Protobuf.
   const std::vector<std::string>& notes() const { return notes_; }

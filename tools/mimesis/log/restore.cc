@@ -10,14 +10,12 @@
 #include <set>
 
 #include "tools/mimesis/log/elided_payload.h"
-#include "tools/mimesis/log/replay_step.h"
+#include "tools/mimesis/log/rerun.h"
 #include "tools/mimesis/log/rewrite.h"
 #include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {
 namespace {
-
-constexpr double kStepTimeout_s = 60.0;
 
 /// A node that runs again, as far as its messages are asked for.
 class Producer {
@@ -25,50 +23,38 @@ class Producer {
   /// @param topics of its messages that will be asked for
   Producer(const std::vector<OpenLog>& logs, const NodeRun& node_run,
            const std::set<std::string>& topics, bool unconfined)
-      : reader_(logs, node_run),
-        node_(
-            "node '" + node_run.node() + "'",
-            [&](int socket) {
-              return replay_command(program_of(node_run, ""), node_run, folder_.path(), {}, socket);
-            },
-            kStepTimeout_s, unconfined ? "" : folder_.path()) {
+      : node_(logs, node_run, unconfined) {
     for (const std::string& topic : topics) waiting_[topic];
   }
 
   /// @throws VerbEnd if the node does not publish it again
   std::string take(const std::string& topic, std::uint64_t seq) {
     auto& waiting = waiting_[topic];
-    while (!waiting.contains(seq)) advance(topic, seq);
+    while (!waiting.contains(seq)) {
+      const auto outcome = advance();
+      if (!outcome) {
+        throw VerbEnd{
+            fmt::format("{} #{} cannot be computed again: {}", topic, seq, outcome.error().reason),
+            1};
+      }
+      for (const v1::ReplayMessage& output : outcome->outputs()) {
+        if (const auto it = waiting_.find(output.topic()); it != waiting_.end())
+          it->second[logged_seq(output.seq())] = output.payload();
+      }
+    }
     std::string payload = std::move(waiting.at(seq));
     waiting.erase(waiting.begin(), waiting.upper_bound(seq));
     return payload;
   }
 
  private:
-  void advance(const std::string& topic, std::uint64_t seq) {
-    const auto fail = [&](const std::string& why) {
-      throw VerbEnd{fmt::format("{} #{} cannot be computed again: {}", topic, seq, why), 1};
-    };
-    const auto step = reader_.next();
-    if (!step) fail(reader_.problem().empty() ? "the node's steps end before" : reader_.problem());
-    v1::ReplayStep message;
-    if (const std::string why = fill_step(reader_, *step, message); !why.empty()) fail(why);
-    v1::ReplayOutcome outcome;
-    try {
-      node_.ask(message, outcome);
-    } catch (const PacketProcess::Gone& gone) {
-      fail(gone.what());
-    }
-    if (outcome.failed()) fail(outcome.problem());
-    for (v1::ReplayMessage& output : *outcome.mutable_outputs()) {
-      if (const auto it = waiting_.find(output.topic()); it != waiting_.end())
-        it->second[logged_seq(output.seq())] = std::move(*output.mutable_payload());
-    }
+  tl::expected<v1::ReplayOutcome, Status> advance() {
+    const auto step = node_.next();
+    if (!step) return tl::unexpected(step.error());
+    return node_.run(*step);
   }
 
-  NodeRunReader reader_;
-  TemporaryFolder folder_;
-  PacketProcess node_;
+  NodeRerun node_;
   std::map<std::string, std::map<std::uint64_t, std::string>> waiting_;  ///< by topic and seq
 };
 

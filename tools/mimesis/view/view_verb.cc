@@ -44,7 +44,7 @@ class Player {
         {launch::find_executable("mimesis"), "log", "play", "--stay", "--for-viewers",
          "--all-topics", "--paused", "--rate", fmt::format("{}", options.rate)},
         {{"MIMESIS_GRAPH", graph_}}};
-    if (!options.images) command.argv.push_back("--as-recorded");
+    if (options.images) command.argv.push_back("--restore-all");
     command.argv.insert(command.argv.end(), options.film.logs.begin(), options.film.logs.end());
     process_.emplace(command);
   }
@@ -91,7 +91,10 @@ int run(Options& options) {
   }
   if (server.key.empty()) server.key = new_key();
   if (films) {
-    if (server.page.empty()) throw ConfigError("a film needs the page, which is not there");
+    if (server.page.empty())
+      throw ConfigError(
+          "a film needs the page, which is not built: tools/setup viewer, then cmake --build build "
+          "--target page");
     options.film.speed = options.rate;
     make_film(options.film, server);
     return 0;
@@ -140,7 +143,9 @@ void add_view(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0.001, 1000.0))
       ->capture_default_str();
   verb->add_flag("--paused", o->paused, "Of a log: begin at rest");
-  verb->add_flag("--images", o->images, "Of a log: first compute its elided images again");
+  verb->add_flag(
+      "--images", o->images,
+      "Of a log: compute all its elided images again, not only those that are looked at");
   view::FilmOptions& f = o->film;
   auto* film = verb->add_option("--film", f.film, "Write a film of a log's scene: mp4, webm, gif");
   auto* png = verb->add_option("--png", f.png, "Write a picture of a log's scene");

@@ -299,6 +299,53 @@ class ViewOfALog(unittest.TestCase):
             self.assertEqual(view.wait(timeout=PATIENCE_S), 0)
             view.stdout.close()
 
+    def images(self, log, environment, seeks, enough):
+        """Payloads of camera/image with pixels by stamp, as the page gets them, once `enough(of these)` for each seek [s]."""
+        view = subprocess.Popen([f"{BIN}/mimesis", "view", log, "--port", "0", "--key", "k", "--paused"], stdout=subprocess.PIPE,
+                                stderr=subprocess.DEVNULL, text=True, env=environment)
+        port, seen = int(re.search(r":(\d+)/", view.stdout.readline())[1]), {}
+        with Client(port, "/?key=k") as client:
+            channel, service = {}, {}
+            def learn(m):
+                if isinstance(m, dict) and m["op"] == "advertise":
+                    channel.update({c["topic"]: c["id"] for c in m["channels"]})
+                if isinstance(m, dict) and m["op"] == "advertiseServices":
+                    service.update({s["name"]: s["id"] for s in m["services"]})
+                return "camera/image" in channel and "player/seek" in service
+            client.until(learn)
+            client.say({"op": "subscribe", "subscriptions": [{"id": 1, "channelId": channel["camera/image"]}]})
+            for call, position_s in enumerate(seeks):
+                client.say(struct.pack("<BIII", 2, service["player/seek"], call, 8) + b"protobuf\x09" + struct.pack("<d", position_s), BINARY)
+                def take(m):
+                    if (found := message(m)) and len(found[2]) > 4096:
+                        seen[found[1]] = found[2]
+                    return found and enough(seen, found)
+                client.until(take)
+        view.send_signal(signal.SIGINT)
+        self.assertEqual(view.wait(timeout=PATIENCE_S), 0)
+        view.stdout.close()
+        return seen
+
+    def test_elided_images_come_at_once_where_the_log_stands_and_to_the_last_bit(self):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = os.environ | {"XDG_RUNTIME_DIR": folder, "MIMESIS_GRAPH": "e"}
+            sets = [f"--set={s}" for s in ("rate_hz=20", "source=renderer", "view.width_px=160", "view.height_px=120", "view.focal_px=185")]
+            camera = subprocess.Popen([f"{BIN}/mimesis_camera", *sets], stderr=subprocess.DEVNULL, env=environment)
+            recorder = subprocess.Popen([f"{BIN}/mimesis", "log", "record", "--all", "--elide", "camera/image:source=renderer",
+                                         "--output", f"{folder}/run.mcap"], env=environment, stderr=subprocess.DEVNULL)
+            images = [f"{BIN}/mimesis", "topic", "echo", "camera/image", "-n", "60"]
+            subprocess.run(images, env=environment, stdout=subprocess.DEVNULL, check=True, timeout=60.0)
+            camera.terminate(), camera.wait()
+            recorder.send_signal(signal.SIGINT), recorder.wait()
+            subprocess.run([f"{BIN}/mimesis", "log", "restore", f"{folder}/run.mcap", f"{folder}/whole.mcap"], check=True, timeout=60.0,
+                           capture_output=True, env=environment)
+            seeks = (2.4, 1.0, 2.0)  # forth, back, and forth again
+            whole = lambda seen, found: found[1] in seen
+            recorded = self.images(f"{folder}/whole.mcap", environment, seeks, whole)
+            painted = self.images(f"{folder}/run.mcap", environment, seeks, whole)
+            self.assertEqual(len(recorded), len(seeks))
+            self.assertEqual(painted, recorded)
+
     def film(self, *arguments, log="world.mcap"):
         return subprocess.run([f"{BIN}/mimesis", "view", f"{LOGS}/{log}", *arguments], capture_output=True, text=True, timeout=120.0)
 
@@ -309,6 +356,18 @@ class ViewOfALog(unittest.TestCase):
                 self.skipTest(made.stderr.strip())
             self.assertEqual(made.returncode, 2)
             self.assertRegex(made.stderr, f"^[^\n]*{word}[^\n]*\n$")
+
+    def test_without_the_page_a_film_says_how_to_get_it(self):
+        with tempfile.TemporaryDirectory() as folder:  # programs without share/mimesis/page beside them
+            bin_dir = pathlib.Path(folder, "bin")
+            bin_dir.mkdir()
+            for name in ("mimesis", "mimesis-view"):
+                shutil.copy(f"{BIN}/{name}", bin_dir)
+            made = subprocess.run([bin_dir / "mimesis", "view", f"{LOGS}/world.mcap", "--png", "/nowhere/x.png"], capture_output=True, text=True,
+                                  timeout=PATIENCE_S, cwd=folder)
+            if made.returncode == 2 and "needs the page" not in made.stderr:
+                self.skipTest("not here: the page of another place is found")
+            self.assertRegex(made.stderr, r"^[^\n]*tools/setup viewer, then cmake --build build --target page\n$")
 
     def test_a_camera_is_six_numbers(self):
         for camera in ("1,2", "1,2,3,4,5,6,7", "1,2,3,4,5,x", "1;2;3;4;5;6"):

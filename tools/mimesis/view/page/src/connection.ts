@@ -28,7 +28,7 @@ export interface Graph {
 export type Listener = (message: any, ns: bigint) => void;
 
 const SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
-const RETRY_MS = 1000;
+const RETRY_MS = 1000, COMPLAINT_MS = 3000;
 const MESSAGE = 1, TIME = 2, ANSWER = 3, CALL = 2;
 
 const bytesOf = (base64: string) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
@@ -63,6 +63,7 @@ export class Connection {
   private readonly ids = new Map<string, number>(); // subscription by topic
   private readonly calls = new Map<number, { type: DescMessage; done: (m: any) => void; fail: (e: Error) => void }>();
   private nextId = 1;
+  private forgetting: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly url: string) {
     this.open();
@@ -189,7 +190,10 @@ export class Connection {
         this.calls.delete(json.callId);
         break;
       case "status":
-        if (json.level > 0) this.complaint.value = json.message;
+        if (json.level === 0) break;
+        this.complaint.value = json.message;
+        clearTimeout(this.forgetting);
+        if (json.id) this.forgetting = setTimeout(() => (this.complaint.value = ""), COMPLAINT_MS); // repeated while it is so
         break;
     }
   }

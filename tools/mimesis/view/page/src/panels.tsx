@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type Connection } from "./connection";
 import { annotate, pixels } from "./image";
-import { runS } from "./time";
+import { runS, status } from "./time";
 import { imageOf, isImage, starts } from "./wiring";
 
 export type Props = { connection: Connection };
@@ -65,22 +65,45 @@ export function Images({ connection }: Props) {
   const lost = over.filter(([, image]) => !image).map(([t]) => t);
   return (
     <>
+      <Restored />
       {images.map((topic) => <Picture key={topic} connection={connection} topic={topic} notes={over.filter(([, image]) => image === topic).map(([t]) => t)} />)}
       {lost.length > 0 && <p>Not drawn, as nothing tells their image: {lost.join(", ")}</p>}
     </>
   );
 }
 
-const stampNs = (t: any) => (t ? Number(t.seconds) * 1e9 + t.nanos : NaN);
-const OLD_NS = 1e9; // annotations of an image so much older or newer say nothing of this one
-/** When the image was taken that these annotations are of; NaN: they do not tell. */
-const stampOf = (a: any) => stampNs((a.circles[0] ?? a.points[0] ?? a.texts[0])?.timestamp);
+/** Images that the log does not hold are computed while it is shown. */
+function Restored() {
+  const { restored = 0n, elided = 0n, restoreProblem = "" } = status.value ?? {};
+  if (restoreProblem) return <p class="bad">Images are not stored in this log, and cannot be computed again: {restoreProblem}</p>;
+  if (!elided || restored === elided) return null;
+  return (
+    <p><label>Images are not stored in this log; their cameras compute them again, those of now first:{" "}
+      <progress value={Number(restored)} max={Number(elided)} /></label> {String(restored)} of {String(elided)}</p>
+  );
+}
+
+const OLD_NS = 2.5e8, KEPT = 64; // annotations of an image so much older or newer say nothing of this one
+/** When the image was taken: by its own time if it has one, else that of the message. */
+const takenNs = (t: any, ns: bigint) => (t && (t.seconds || t.nanos) ? Number(t.seconds) * 1e9 + t.nanos : Number(ns));
+
+/** Whether an element is in view: images are large, and only those that are looked at are received. */
+function useInView(element: { current: Element | null }): boolean {
+  const [inView, setInView] = useState(false);
+  useEffect(() => {
+    const watch = new IntersectionObserver((seen) => setInView(seen[seen.length - 1]!.isIntersecting));
+    watch.observe(element.current!);
+    return () => watch.disconnect();
+  }, []);
+  return inView;
+}
 
 function Picture({ connection, topic, notes }: Props & { topic: string; notes: string[] }) {
-  const canvas = useRef<HTMLCanvasElement>(null);
+  const canvas = useRef<HTMLCanvasElement>(null), inView = useInView(canvas);
   const [note, setNote] = useState("waiting for an image");
   useEffect(() => {
-    const annotations = new Map<string, any>();
+    if (!inView) return;
+    const annotations = new Map<string, { taken: number; m: any }[]>(); // the last ones: an image may come after those of later images
     let last: ImageBitmap | ImageData | undefined, due = false, taken = NaN;
     const draw = () => {
       due = false;
@@ -90,22 +113,30 @@ function Picture({ connection, topic, notes }: Props & { topic: string; notes: s
       const pen = c.getContext("2d")!;
       last instanceof ImageData ? pen.putImageData(last, 0, 0) : pen.drawImage(last, 0, 0);
       const texts: Parameters<typeof annotate>[2] = [];
-      for (const a of annotations.values()) if (!(Math.abs(stampOf(a) - taken) > OLD_NS)) annotate(pen, a, texts);
+      for (const all of annotations.values()) {
+        const near = all.reduce((best, a) => (Math.abs(a.taken - taken) <= Math.abs(best.taken - taken) ? a : best));
+        if (Math.abs(near.taken - taken) <= OLD_NS) annotate(pen, near.m, texts);
+      }
     };
     const soon = () => { if (!due) (due = true), requestAnimationFrame(draw); };
-    const ends = notes.map((n) => connection.listen(n, (m) => (annotations.set(n, m), soon())));
-    ends.push(connection.listen(topic, (m) => {
-      taken = stampNs(m.timestamp);
+    const ends = notes.map((n) => connection.listen(n, (m, ns) => {
+      const first = m.circles[0] ?? m.points[0] ?? m.texts[0];
+      annotations.set(n, [...(annotations.get(n) ?? []).slice(1 - KEPT), { taken: takenNs(first?.timestamp, ns), m }]);
+      soon();
+    }));
+    ends.push(connection.listen(topic, (m, ns) => {
+      if (!m.data.length) return setNote(last ? "the one of now is being computed" : "is being computed");
+      taken = takenNs(m.timestamp, ns);
       if (m.format !== undefined) {
         createImageBitmap(new Blob([m.data])).then((b) => ((last = b), setNote(""), soon()), () => setNote(`no image that can be shown: ${m.format}`));
         return;
       }
       const seen = pixels(m);
-      setNote(seen ? "" : m.data.length ? `no image that can be shown: ${m.encoding}` : "not in the log: mimesis view --images computes it again");
+      setNote(seen ? "" : `no image that can be shown: ${m.encoding}`);
       if (seen) (last = seen), soon();
     }));
     return () => ends.forEach((end) => end());
-  }, [topic, notes.join()]);
+  }, [topic, notes.join(), inView]);
   return <figure><canvas ref={canvas} /><figcaption>{topic} {note && `(${note})`}</figcaption></figure>;
 }
 
