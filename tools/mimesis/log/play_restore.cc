@@ -1,6 +1,7 @@
 #include "tools/mimesis/log/play_restore.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "tools/mimesis/log/elided_payload.h"
@@ -115,6 +116,8 @@ void PlayRestorer::index() {
 }
 
 void PlayRestorer::work(const std::stop_token& stop) {
+  constexpr int kNice = 10;  // of this thread and the nodes that it starts: who looks goes before
+  [[maybe_unused]] const int set = setpriority(PRIO_PROCESS, 0, kNice);
   index();
   while (!stop.stop_requested()) {
     std::optional<Target> target;

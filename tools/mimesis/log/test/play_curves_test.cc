@@ -67,6 +67,13 @@ TEST(DrawCurve, ASpikeOfOneSampleInAnHourIsSeen) {
   EXPECT_EQ(near.value(7), 9.0);
 }
 
+TEST(DrawCurve, NoWindowCostsMoreThanAnother) {  // rerun#5827: slower the nearer
+  Series series;
+  for (int i = 0; i < 1'000'000; ++i) series.at_s.push_back(i * 1e-3), series.values.add(i % 7);
+  for (double width_s = 1000.0; width_s > 1e-4; width_s /= 3.0)
+    EXPECT_LE(series.draw(321.0, 321.0 + width_s, 600).value_size(), 1202) << width_s;
+}
+
 TEST(DrawCurve, ALineThroughAWindowBetweenTwoSamplesIsThere) {
   Series rare;
   for (int i = 0; i < 10; ++i) rare.at_s.push_back(10.0 * i), rare.values.add(i);

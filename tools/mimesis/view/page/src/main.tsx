@@ -5,7 +5,8 @@ import { Fields, Images, Log, Nodes, Parameters } from "./panels";
 import { Player } from "./player";
 import { Plots } from "./plots";
 import { film } from "./film";
-import { choose, fitting, hidden, layout, LAYOUTS, tab } from "./layouts";
+import { choose, fitting, hidden, layout, LAYOUTS, load, saved, tab } from "./layouts";
+import { Messages } from "./messages";
 import { Scene } from "./scene";
 import { status } from "./time";
 import { Why } from "./why";
@@ -15,7 +16,7 @@ import "./style.css";
 
 const query = new URLSearchParams(location.search), key = query.get("key");
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${key ? `?key=${encodeURIComponent(key)}` : ""}`);
-const TABS = { Nodes, Images, Fields, Plots, Why, Log, Parameters };
+const TABS = { Nodes, Images, Fields, Plots, Why, Log, Messages, Parameters };
 type Tab = keyof typeof TABS;
 
 function Stage() {
@@ -60,6 +61,14 @@ function Stage() {
   );
 }
 
+function download() {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([saved()], { type: "application/json" }));
+  link.download = `${layout.value?.name.toLowerCase() ?? "mimesis"}.layout.json`;
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
 function App() {
   const [byHand, setByHand] = useState(false);
   useEffect(() => followStarts(connection), [connection.channels.value]);
@@ -86,6 +95,13 @@ function App() {
           {LAYOUTS.map((l) => <option key={l.name}>{l.name}</option>)}
         </select></label>
         <button onClick={() => layout.value && choose(layout.value, true)} title="as it was before you changed it">Reset</button>
+        <button onClick={download} title="a file for others">Save</button>
+        <label class="file">Load <input type="file" accept=".json" onChange={async (e) => {
+          const file = e.currentTarget.files?.[0];
+          if (!file) return;
+          const wrong = load(await file.text());
+          wrong ? (connection.complaint.value = `${file.name}: ${wrong}`) : setByHand(true);
+        }} /></label>
       </header>
       <main>
         <Stage />

@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { type Connection } from "./connection";
 import { annotate, pixels } from "./image";
-import { runS, status } from "./time";
+import { playerOf, runS, status } from "./time";
 import { imageOf, isImage, starts } from "./wiring";
 
 export type Props = { connection: Connection };
@@ -30,8 +30,16 @@ export function Nodes({ connection }: Props) {
   }, [topics.join()]);
   const graph = connection.graph.value, nodes = new Map<string, { out: string[]; in: string[] }>();
   const node = (name: string) => nodes.get(name) ?? nodes.set(name, { out: [], in: [] }).get(name)!;
-  for (const [topic, who] of graph.published) if (!own(topic)) who.forEach((n) => node(n).out.push(topic));
-  for (const [topic, who] of graph.subscribed) if (!own(topic)) who.forEach((n) => node(n).in.push(topic));
+  if (playerOf(connection)) {
+    for (const { node: name, inputs, outputs } of starts.value.values()) { // those of the log
+      outputs.forEach(({ topic }) => own(topic) || node(name).out.push(topic));
+      inputs.forEach(({ topic }) => own(topic) || node(name).in.push(topic));
+    }
+  } else {
+    for (const [topic, who] of graph.published) if (!own(topic)) who.forEach((n) => node(n).out.push(topic));
+    for (const [topic, who] of graph.subscribed) if (!own(topic)) who.forEach((n) => node(n).in.push(topic));
+  }
+  if (!nodes.size) return <p>No node is told of.</p>;
   const count = (hz: number | undefined) => (hz === undefined || isNaN(hz) ? "-" : hz.toFixed(0));
   return (
     <table>

@@ -40,13 +40,24 @@ export function Plots({ connection }: Props) {
 
 const label = (s: number) => (wall.value && hasWallTime.value ? new Date(originNs.value / 1e6 + 1e3 * s).toISOString().slice(11, 21) : String(+s.toFixed(6)));
 
-function chart(box: HTMLElement, shown: Curve[], more: Partial<uPlot.Options>): uPlot {
+/** Of a log a value that a message does not have is a gap. */
+function chart(box: HTMLElement, shown: Curve[], log: boolean, more: Partial<uPlot.Options>): uPlot {
   const axis = { stroke: getComputedStyle(box).color, grid: { stroke: "#8884", width: 1 } };
   return new uPlot({
     width: box.clientWidth, height: HEIGHT, legend: { show: false },
     axes: [{ ...axis, label: wall.value && hasWallTime.value ? "time of day, UTC" : "time of the run [s]", labelSize: 18, values: (_, ticks) => ticks.map(label) }, axis],
-    series: [{}, ...shown.map((_, i) => ({ stroke: COLOURS[i % COLOURS.length], width: 1.5, spanGaps: true, points: { show: false } }))], ...more,
+    series: [{}, ...shown.map((_, i) => ({ stroke: COLOURS[i % COLOURS.length], width: 1.5, spanGaps: !log, points: { show: false } }))], ...more,
   }, [[0], ...shown.map(() => [null])] as any, box);
+}
+
+/** A curve as far as a window shows it, with its values at the window's edges. */
+export function within(t: number[], y: number[], from: number, to: number): number[] {
+  const seen = y.filter((_, i) => t[i]! >= from && t[i]! <= to);
+  for (const edge of [from, to]) {
+    const after = t.findIndex((at) => at > edge);
+    if (after > 0) seen.push(y[after - 1]! + ((edge - t[after - 1]!) / (t[after]! - t[after - 1]!)) * (y[after]! - y[after - 1]!));
+  }
+  return seen;
 }
 
 /** Least and largest of what is seen, and a little room. */
@@ -60,7 +71,7 @@ function fitted(values: number[][]): { min: number; max: number } | undefined {
 /** The last seconds of a graph that runs; how to end. */
 function follow(connection: Connection, box: HTMLElement, shown: Curve[]): [uPlot, () => void] {
   const points = shown.map(() => ({ t: [] as number[], y: [] as number[] }));
-  const plot = chart(box, shown, { cursor: { drag: { x: false, y: false } }, scales: { x: { time: false } } });
+  const plot = chart(box, shown, false, { cursor: { drag: { x: false, y: false } }, scales: { x: { time: false } } });
   const ends = shown.map((curve, i) => connection.listen(curve.topic, (m, ns) => {
     const { t, y } = points[i]!, now = runS(ns);
     if (t.length && now < t[t.length - 1]!) (t.length = 0), (y.length = 0); // a new run
@@ -90,7 +101,7 @@ function overview(connection: Connection, box: HTMLElement, shown: Curve[]): [uP
     plot.setData(uPlot.join(answer.curves.map((c: any) => [c.positionS, c.value.map((v: number) => (isNaN(v) ? null : v))])) as any, false);
     plot.batch(() => {
       plot.setScale("x", { min: from, max: to });
-      const y = fitted(answer.curves.map((c: any) => c.value));
+      const y = fitted(answer.curves.map((c: any) => within(c.positionS, c.value, from, to)));
       if (y) plot.setScale("y", y);
     });
     const rest = answer.curves.filter((c: any) => !c.whole);
@@ -106,7 +117,7 @@ function overview(connection: Connection, box: HTMLElement, shown: Curve[]): [uP
     clearTimeout(timer);
     draw();
   };
-  const plot: uPlot = chart(box, shown, {
+  const plot: uPlot = chart(box, shown, true, {
     scales: { x: { time: false, auto: false, range: () => [from, to] } },
     cursor: { drag: { x: true, y: false, setScale: false }, bind: { dblclick: () => () => (show(startS, endS), null) } },
     hooks: {

@@ -2,16 +2,14 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Connection } from "./connection";
+import { Entities } from "./entities";
 import { ease, filled, fit, type Pose } from "./fit";
 import { arrange } from "./labels";
 import { Motions } from "./motions";
 import { RATIOS, Resolution } from "./resolution";
-import { build, dispose } from "./shapes";
 import { bySoftware, Surroundings } from "./surroundings";
 
 const ROOT = "world";
-const FOREVER = 1n << 63n;
-const nsOf = (t: any): bigint => (t ? BigInt(t.seconds) * 1_000_000_000n + BigInt(t.nanos) : 0n); // of a time, or a duration
 const RESTS_MS = 250; // nothing moves for so long: drawn once more, at the finest
 const LOOK_MS = 250; // between two looks whether all is in the picture
 const FULL = 1.02, EMPTY = 0.55; // parts of the picture beyond which the camera moves
@@ -24,11 +22,10 @@ export class Scene {
   private readonly controls: OrbitControls;
   private readonly watch: ResizeObserver;
   private readonly frames = new Map<string, THREE.Group>();
-  private readonly entities = new Map<string, THREE.Group>(); // by topic and id
+  private readonly entities: Entities;
   private readonly motions = new Motions();
   private readonly resolution = new Resolution();
   private readonly surroundings: Surroundings;
-  private readonly fine: boolean; // shadows fall on all
   private accompanied = "";
   private middle: THREE.Vector3 | undefined; // of what is accompanied, on the ground
   private dirty = true;
@@ -44,8 +41,8 @@ export class Scene {
   constructor(private readonly canvas: HTMLCanvasElement, film = false) {
     const card = !bySoftware(document.createElement("canvas").getContext("webgl2")!);
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: film || card, preserveDrawingBuffer: true });
-    this.fine = film || card;
-    this.surroundings = new Surroundings(this.renderer, this.fine);
+    this.surroundings = new Surroundings(this.renderer, film || card);
+    this.entities = new Entities(film || card, (group, frame) => this.frame(frame || ROOT).add(group));
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(2.6, -2.2, 1.7);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -82,7 +79,7 @@ export class Scene {
 
   private goAlong() {
     const bounds = new THREE.Box3();
-    for (const [key, entity] of this.entities) if (key.startsWith(`${this.accompanied}\n`)) bounds.expandByObject(entity);
+    for (const entity of this.entities.of(this.accompanied)) bounds.expandByObject(entity);
     if (bounds.isEmpty()) return;
     const middle = bounds.getCenter(new THREE.Vector3()).setZ(0);
     const way = middle.clone().sub(this.middle ?? this.controls.target).setZ(0);
@@ -95,7 +92,7 @@ export class Scene {
   /** Shows all topics but these. */
   hide(topics: string[]) {
     this.hidden = new Set(topics);
-    for (const [key, group] of this.entities) group.visible = !this.hidden.has(key.split("\n")[0]!);
+    this.entities.hide(this.hidden);
     this.dirty = true;
   }
 
@@ -120,8 +117,7 @@ export class Scene {
   private bounds(): THREE.Box3 {
     const bounds = new THREE.Box3();
     this.scene.updateMatrixWorld();
-    for (const entity of this.entities.values()) {
-      if (!entity.visible) continue;
+    for (const entity of this.entities.shown()) {
       for (const part of entity.children) if (!(part as any).isSprite) bounds.expandByObject(part);
     }
     return bounds;
@@ -169,32 +165,13 @@ export class Scene {
 
   /** What was not there yet at this time [ns] goes. */
   rewind(ns: bigint) {
-    this.remove((_, { stampNs }) => stampNs > ns);
-  }
-
-  private remove(which: (key: string, of: { stampNs: bigint; endNs: bigint }) => boolean) {
-    for (const [key, group] of this.entities) {
-      if (!which(key, group.userData as any)) continue;
-      dispose(group);
-      this.entities.delete(key);
-      this.dirty = true;
-    }
+    this.entities.rewind(ns);
+    this.dirty = true;
   }
 
   /** `ns`: time of the message. */
   update(topic: string, message: any, ns = 0n) {
-    this.remove((key, { endNs }) => endNs < ns && key.startsWith(`${topic}\n`)); // their lifetime is over
-    for (const gone of message.deletions)
-      this.remove((key) => key === `${topic}\n${gone.id}` || (gone.type === 1 && key.startsWith(`${topic}\n`)));
-    for (const entity of message.entities) {
-      const key = `${topic}\n${entity.id}`, before = this.entities.get(key);
-      if (before) dispose(before);
-      const group = build(entity, this.fine), stampNs = nsOf(entity.timestamp) || ns, lifetimeNs = nsOf(entity.lifetime);
-      group.userData = { stampNs, endNs: lifetimeNs ? stampNs + lifetimeNs : FOREVER };
-      group.visible = !this.hidden.has(topic);
-      this.frame(entity.frameId || ROOT).add(group);
-      this.entities.set(key, group);
-    }
+    this.entities.update(topic, message, ns, !this.hidden.has(topic));
     this.dirty = true;
     if (topic === this.accompanied) this.goAlong();
   }
@@ -267,6 +244,6 @@ export class Scene {
   }
 
   private *texts(): Generator<THREE.Sprite> {
-    for (const entity of this.entities.values()) if (entity.visible) for (const part of entity.children) if ((part as any).isSprite) yield part as THREE.Sprite;
+    for (const entity of this.entities.shown()) for (const part of entity.children) if ((part as any).isSprite) yield part as THREE.Sprite;
   }
 }
