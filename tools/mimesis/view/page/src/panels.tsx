@@ -1,9 +1,9 @@
 // What stands beside the scene: nodes, images, fields, log, parameters.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { type Connection } from "./connection";
+import { isImage, type Connection } from "./connection";
 import { annotate, pixels } from "./image";
 import { playerOf, runS, status } from "./time";
-import { imageOf, isImage, starts } from "./wiring";
+import { imageOf, starts } from "./wiring";
 
 export type Props = { connection: Connection };
 const topicsOf = (connection: Connection, schema: string) =>
@@ -107,7 +107,8 @@ function useInView(element: { current: Element | null }): boolean {
 }
 
 function Picture({ connection, topic, notes }: Props & { topic: string; notes: string[] }) {
-  const canvas = useRef<HTMLCanvasElement>(null), inView = useInView(canvas);
+  const figure = useRef<HTMLElement>(null), canvas = useRef<HTMLCanvasElement>(null), inView = useInView(figure);
+  const [empty, setEmpty] = useState(true);
   const [note, setNote] = useState("waiting for an image");
   useEffect(() => {
     if (!inView) return;
@@ -117,6 +118,7 @@ function Picture({ connection, topic, notes }: Props & { topic: string; notes: s
       due = false;
       const c = canvas.current;
       if (!c || !last) return;
+      setEmpty(false);
       if (c.width !== last.width || c.height !== last.height) (c.width = last.width), (c.height = last.height);
       const pen = c.getContext("2d")!;
       last instanceof ImageData ? pen.putImageData(last, 0, 0) : pen.drawImage(last, 0, 0);
@@ -145,7 +147,7 @@ function Picture({ connection, topic, notes }: Props & { topic: string; notes: s
     }));
     return () => ends.forEach((end) => end());
   }, [topic, notes.join(), inView]);
-  return <figure><canvas ref={canvas} /><figcaption>{topic} {note && `(${note})`}</figcaption></figure>;
+  return <figure ref={figure}><canvas ref={canvas} hidden={empty} /><figcaption>{topic} {note && `(${note})`}</figcaption></figure>;
 }
 
 /** Activity of the neural fields: a column a message, a row a neuron. */

@@ -6,12 +6,14 @@ import { Entities } from "./entities";
 import { ease, filled, fit, type Pose } from "./fit";
 import { arrange } from "./labels";
 import { Motions } from "./motions";
+import { ball } from "./shapes";
 import { RATIOS, Resolution } from "./resolution";
 import { bySoftware, Surroundings } from "./surroundings";
 
 const ROOT = "world";
 const RESTS_MS = 250; // nothing moves for so long: drawn once more, at the finest
 const LOOK_MS = 250; // between two looks whether all is in the picture
+const SMALL = 400; // corners of a part that is measured by them, and not by its box: a turned one would reach below the ground
 const FULL = 1.02, EMPTY = 0.55; // parts of the picture beyond which the camera moves
 export class Scene {
   readonly topics = new Map<string, () => void>(); // how to end listening
@@ -113,14 +115,22 @@ export class Scene {
     this.dirty = true;
   }
 
-  /** What is shown, without texts. */
-  private bounds(): THREE.Box3 {
+  /** What is shown, without texts; `standing`: boxes, rods and meshes alone, as balls mark points on the ground. */
+  private bounds(standing = false): THREE.Box3 {
     const bounds = new THREE.Box3();
     this.scene.updateMatrixWorld();
     for (const entity of this.entities.shown()) {
-      for (const part of entity.children) if (!(part as any).isSprite) bounds.expandByObject(part);
+      for (const part of entity.children as any[]) {
+        if (part.isSprite || (standing && (!part.isMesh || part.geometry === ball))) continue;
+        bounds.expandByObject(part, !part.isInstancedMesh && part.geometry?.attributes.position.count < SMALL);
+      }
     }
     return bounds;
+  }
+
+  /** The part of the picture that all there is fills, along its longer side; above 1: some is cut off. */
+  filled(): number {
+    return filled(this.camera, this.bounds());
   }
 
   /** Looks from time to time whether all is in the picture, and goes where it is. */
@@ -129,7 +139,7 @@ export class Scene {
       const first = this.looked === -Infinity, bounds = this.bounds();
       if (bounds.isEmpty()) return;
       this.looked = now;
-      this.surroundings.around(bounds);
+      this.surroundings.around(bounds, this.bounds(true).min.z);
       const part = this.fitting ? filled(this.camera, bounds) : 1;
       if (part > FULL || part < EMPTY) this.goal = fit(this.camera, this.controls.target, bounds);
       if (first && this.goal) (this.camera.position.copy(this.goal.eye), this.controls.target.copy(this.goal.target), (this.goal = undefined)), this.controls.update();
@@ -158,7 +168,7 @@ export class Scene {
   picture(type: string): Promise<Blob> {
     this.motions.advance(0);
     const bounds = this.bounds();
-    if (!bounds.isEmpty()) this.surroundings.around(bounds);
+    if (!bounds.isEmpty()) this.surroundings.around(bounds, this.bounds(true).min.z);
     this.draw(true);
     return new Promise((done) => this.canvas.toBlob((blob) => done(blob!), type, 0.95));
   }

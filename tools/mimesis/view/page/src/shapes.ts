@@ -3,9 +3,9 @@ import * as THREE from "three";
 
 type Rgba = { r: number; g: number; b: number; a: number } | undefined;
 
-const ball = new THREE.SphereGeometry(0.504, 24, 14); // a little larger: where it meets a rod of its width the seam is a line
+export const ball = new THREE.SphereGeometry(0.504, 20, 12); // a little larger: where it meets a rod of its width the seam is a line
 const box = new THREE.BoxGeometry(1, 1, 1);
-const rod = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2); // along z
+const rod = new THREE.CylinderGeometry(0.5, 0.5, 1, 20).rotateX(Math.PI / 2); // along z
 const cone = new THREE.ConeGeometry(0.5, 1, 24).rotateZ(-Math.PI / 2); // along x
 const shared = new Set<THREE.BufferGeometry>([ball, box, rod, cone]);
 
@@ -153,7 +153,7 @@ export function rows(balls: any[]): { rods: { from: any; to: any }[]; rest: any[
 /** A rod with round ends, from the first ball of a row to the last. */
 function capsule({ from, to }: { from: any; to: any }): THREE.Object3D {
   const way = between(from.pose.position, to.pose.position), radius = from.size.x / 2;
-  const made = new THREE.Mesh(new THREE.CapsuleGeometry(radius, way.length(), 6, 24).rotateX(Math.PI / 2), surface(from.color));
+  const made = new THREE.Mesh(new THREE.CapsuleGeometry(radius, way.length(), 5, 20).rotateX(Math.PI / 2), surface(from.color));
   const { x, y, z } = from.pose.position;
   made.position.set(x, y, z).addScaledVector(way, 0.5);
   made.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), way.normalize());

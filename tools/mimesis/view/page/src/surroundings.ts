@@ -95,10 +95,10 @@ export class Surroundings {
     this.lines.material.uniforms.color!.value.set(colours.lines);
   }
 
-  /** The ground lies below all there is, and the sun's shadow falls on that. */
-  around(box: THREE.Box3) {
+  /** The sun's shadows fall on what is in the box and on the ground, which lies below `lowest` [m]. */
+  around(box: THREE.Box3, lowest: number) {
     const UNDER = 2e-3; // so that what lies on the ground is not in it [m]
-    const low = Math.min(0, box.min.z) - UNDER, middle = box.getCenter(new THREE.Vector3());
+    const low = Math.min(0, lowest) - UNDER, middle = box.getCenter(new THREE.Vector3());
     const size = box.getSize(new THREE.Vector3()), radius = Math.max(0.5, size.length() / 2);
     const cell = radius > 20 ? 5 : radius > 4 ? 1 : 0.5; // [m]
     this.lines.position.set(cell * Math.round(middle.x / cell), cell * Math.round(middle.y / cell), low);
@@ -120,6 +120,6 @@ export class Surroundings {
     this.backdrop.follow(camera);
     const shown = this.fine || last;
     this.shadows.visible = this.renderer.shadowMap.needsUpdate = shown;
-    this.sun.shadow.intensity = shown ? 1 : 0;
+    this.sun.castShadow = shown; // without, no pixel asks for them
   }
 }

@@ -1,6 +1,6 @@
 // Who made what from what: as nodes tell it themselves on NODE/start, also in a log.
 import { signal } from "@preact/signals";
-import type { Connection } from "./connection";
+import { isImage, type Connection } from "./connection";
 
 export type Port = { topic: string; port: string; type: string };
 export type Start = { node: string; inputs: Port[]; outputs: Port[]; clock?: string; header?: any };
@@ -15,8 +15,6 @@ export function followStarts(connection: Connection) {
     connection.listen(c.topic, (m) => (starts.value = new Map(starts.value).set(m.node, m)));
   }
 }
-
-export const isImage = (type: string) => type === "foxglove.RawImage" || type === "foxglove.CompressedImage";
 
 /** The one image that annotations lie on: the first that their node takes, or one that it sends; of a node that tells nothing, the image
  * that shares most of the path, as of /front/annotations /front/image; undefined: nobody can tell. */
