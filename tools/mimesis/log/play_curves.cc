@@ -99,6 +99,7 @@ v1::PlayerCurves PlayCurves::draw(const v1::PlayerCurvesAsk& ask) {
     Fields& fields = all_.emplace_back();
     fields.topic = topic;
     fields.series.resize(paths.size());
+    fields.problems.resize(paths.size());
     fields.paths = std::move(paths);
   }
   if (!reader_.joinable() && !all_.empty())
@@ -111,7 +112,7 @@ v1::PlayerCurves PlayCurves::draw(const v1::PlayerCurvesAsk& ask) {
     draw_curve(fields->at_s, fields->series[i], ask.from_s(), ask.to_s(), ask.columns(), curve);
     curve.set_read_s(fields->read_s);
     curve.set_whole(fields->whole);
-    curve.set_problem(fields->problem);
+    curve.set_problem(fields->problems[i]);
   }
   return out;
 }
@@ -134,7 +135,6 @@ void PlayCurves::read(Fields& fields, const std::stop_token& stop) {
   const auto reader =
       playback_.reader({[&](const log::Channel& channel) { return channel.topic == fields.topic; },
                         playback_.start_ns(), playback_.end_ns() + 1});
-  std::vector<FieldColumns> columns;
   std::vector<double> at_s, values;  // read, not yet handed over
   const auto hand_over = [&](double read_s) {
     const std::lock_guard lock(mutex_);
@@ -144,27 +144,36 @@ void PlayCurves::read(Fields& fields, const std::stop_token& stop) {
     fields.read_s = read_s;
     at_s.clear(), values.clear();
   };
-  LogDecoder decoder;
-  try {
-    for (const std::string& path : fields.paths)
-      columns.emplace_back(FieldQuery{fields.topic, path});
-    while (const Item* item = stop.stop_requested() ? nullptr : reader->next()) {
-      const google::protobuf::Message* message = decoder.decode(*item);
-      if (message == nullptr) continue;
-      at_s.push_back(playback_.position_s(item->message->log_time));
-      for (FieldColumns& column : columns) {
-        double value = std::numeric_limits<double>::quiet_NaN();
-        column.visit(*message, [&](const auto&, const FieldColumns::Value& v) {
-          value = field_number(v.message, v.field, v.index);
-        });
-        values.push_back(value);
-      }
-      if (at_s.size() >= kTogether) hand_over(at_s.back());
+  std::vector<std::optional<FieldColumns>> columns(fields.paths.size());
+  /// Does it for a field, which ends with the problem that it throws.
+  const auto attempt = [&](std::size_t i, const auto& act) {
+    try {
+      act();
+    } catch (const ConfigError& error) {
+      columns[i].reset();
+      const std::lock_guard lock(mutex_);
+      fields.problems[i] = error.what();
     }
-  } catch (const ConfigError& error) {
-    at_s.clear(), values.clear();
-    const std::lock_guard lock(mutex_);
-    fields.problem = error.what();
+  };
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    attempt(i, [&] { columns[i].emplace(FieldQuery{fields.topic, fields.paths[i]}); });
+  LogDecoder decoder;
+  while (const Item* item = stop.stop_requested() ? nullptr : reader->next()) {
+    const google::protobuf::Message* message = decoder.decode(*item);
+    if (message == nullptr) continue;
+    at_s.push_back(playback_.position_s(item->message->log_time));
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      double value = std::numeric_limits<double>::quiet_NaN();
+      if (columns[i]) {
+        attempt(i, [&] {
+          columns[i]->visit(*message, [&](const auto&, const FieldColumns::Value& v) {
+            value = field_number(v.message, v.field, v.index);
+          });
+        });
+      }
+      values.push_back(value);
+    }
+    if (at_s.size() >= kTogether) hand_over(at_s.back());
   }
   hand_over(playback_.position_s(playback_.end_ns()));
 }

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -58,7 +59,7 @@ class PlayCurves {
     std::deque<MinMaxPyramid> series;  ///< by path
     double read_s = 0.0;
     bool whole = false;
-    std::string problem;
+    std::vector<std::string> problems;  ///< by path; why it has no values
   };
   void read(const std::stop_token& stop);
   void read(Fields& fields, const std::stop_token& stop);
