@@ -11,7 +11,6 @@
 #include <sstream>
 
 #include "common/error.h"
-#include "common/runtime/param_source.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/stop_signals.h"
@@ -84,11 +83,11 @@ int run(Options& options) {
   server.name = "mimesis " + (options.film.logs.empty() ? graph : options.film.logs.front());
   server.metadata = {{"graph", graph},
                      {"log", options.film.logs.empty() ? "" : options.film.logs.front()}};
-  try {
-    server.page =
-        std::filesystem::path(runtime::find_project_file("page", "index.html")).parent_path();
-  } catch (const ConfigError&) {  // not built: the server says so to whoever asks for it
-  }
+  // Beside the program, and nowhere else: an index.html of the folder somebody is in is no page.
+  std::error_code none;
+  server.page = std::filesystem::read_symlink("/proc/self/exe", none).parent_path().parent_path() /
+                "share/mimesis/page";
+  if (!std::filesystem::exists(server.page / "index.html", none)) server.page.clear();
   if (server.key.empty()) server.key = new_key();
   if (films) {
     if (server.page.empty())
