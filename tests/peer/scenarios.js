@@ -30,6 +30,9 @@ async function look(browser, { file, layout, topics }) {
   const missing = () => page.evaluate((all) => all.filter((t) => ![...mimesisScene.entities.keys()].some((k) => k.startsWith(t))), topics);
   for (let i = 0; i < 150 && (await missing()).length; ++i) await page.waitForTimeout(100);
   for (const topic of await missing()) wrong.push(`${topic} is not drawn`);
+  const inPicture = (part) => part > 0.4 && part < 1.1; // it eases, and what moves goes on
+  await page.waitForFunction(`(${inPicture})(mimesisScene.filled())`, undefined, { timeout: 20000 }).catch(async () =>
+    wrong.push(`the picture cuts off or is empty: ${await page.evaluate(() => mimesisScene.filled())}`));
   const rates = [];
   for (let i = 0; i < 6; ++i) await page.waitForTimeout(500), rates.push(await page.evaluate(() => mimesisScene.rate));
   await page.screenshot({ path: `${pictures}/${file}.png` });
@@ -43,6 +46,11 @@ async function look(browser, { file, layout, topics }) {
     const there = (s) => Math.abs(Number(document.querySelector(".player input").value) - s) < 0.02;
     await page.waitForFunction(there, said, { timeout: 5000 }).catch(() => wrong.push(`a click on the tick at ${said} s does not go there`));
   }
+  await page.getByRole("tab", { name: "Plots" }).click();
+  if (await page.locator(".plot").count())
+    await page.waitForFunction(() => document.querySelector(".plot")?.dataset.whole === "true").catch(() => wrong.push("the log is not plotted"));
+  await page.getByRole("tab", { name: "Why" }).click();
+  if (file === "imitation") await page.locator(".why .decision").first().waitFor({ timeout: 20000 }).catch(() => wrong.push("no decision is told"));
   await page.close();
   view.kill("SIGINT");
   console.log(`${file}: ${wrong.length ? "WRONG" : "as it has to be"}; interactive after ${interactive} ms; ` +

@@ -39,7 +39,7 @@ TEST_F(Foreign, ThePageWorksInABrowserAndForEverybody) {
             << "\n";
   EXPECT_EQ(seen["errors"].size(), 0U) << seen["errors"];
   EXPECT_EQ(seen["violations"].size(), 0U) << seen["violations"];
-  EXPECT_EQ(seen["tabs"].size(), 3U * 6U);
+  EXPECT_EQ(seen["tabs"].size(), 3U * 8U);
   for (const auto& pixels : seen["wide"]) EXPECT_LE(pixels.get<int>(), 0) << "scrolls sideways";
   EXPECT_GT(seen["drawn"], 3) << "entities of the scene";
   EXPECT_EQ(seen["layout"], "Any") << "none that is made for a world alone";

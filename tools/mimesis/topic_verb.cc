@@ -59,6 +59,7 @@ enum class Measure { rate, bandwidth, delay };
 struct Options {
   std::string graph, topic;
   std::string field;  ///< empty: the whole message
+  std::string where;  ///< FIELD=VALUE of those that are printed; empty: all
   std::string bytes = "length";
   bool once = false, reliable = false, json = false;
   Measure measure = Measure::rate;
@@ -144,6 +145,14 @@ void print(const runtime::Tapped& tapped, const Json& value, bool field, bool js
   }
 }
 
+/// The field of `where` has its value.
+bool is_wanted(const google::protobuf::Message& message, const std::string& where) {
+  if (where.empty()) return true;
+  const std::size_t sign = where.find('=');
+  const auto value = field_json(message, where.substr(0, sign));
+  return (value.is_string() ? value.get<std::string>() : value.dump()) == where.substr(sign + 1);
+}
+
 /// Prints messages; returns the exit code.
 int echo_topic(const Options& options) {
   runtime::Tap tap(
@@ -162,6 +171,10 @@ int echo_topic(const Options& options) {
     if (message == nullptr || !message->ParseFromString(tapped->message.payload)) {
       std::cerr << options.topic << ": a message is not a valid " << tapped->type << '\n';
       return 1;
+    }
+    if (!is_wanted(*message, options.where)) {
+      if (Clock::now() >= limit) return timed_out(options.topic, options.timeout_s);
+      continue;
     }
     const bool field = !options.field.empty();
     print(*tapped,
@@ -359,6 +372,10 @@ void add_topic(CLI::App& program, int& exit_code) {
   echo->add_flag("--once", o->once, "One message, then end");
   echo->add_option("-n", o->count, "Number of messages, then end")->check(number_above_zero);
   echo->add_option("--field", o->field, "Only this field, such as header.seq or blobs.0.u_px");
+  echo->add_option("--where", o->where, "Only messages with this field, such as settled=true")
+      ->check([](const std::string& text) {
+        return text.find('=') == std::string::npos ? "expected FIELD=VALUE" : std::string();
+      });
   echo->add_option("--bytes", o->bytes, "Fields of bytes: their length, or base64 (for topic pub)")
       ->check(CLI::IsMember({"length", "base64"}))
       ->capture_default_str();

@@ -18,6 +18,7 @@ struct CounterParams {
   int work = 0;            ///< square roots per step: load [1]
   int fail_at_step = 0;    ///< throws in this step; 0: never [1]
   int hang_at_step = 0;    ///< this step never ends; 0: none [1]
+  bool hang_busy = false;  ///< and computes meanwhile
   int salt = 0;            ///< start value of the hash [1]
   std::string mode = "mix";
 
@@ -27,6 +28,7 @@ struct CounterParams {
     v.changeable([&] { v("work", work, 0, 1'000'000'000); });
     v("fail_at_step", fail_at_step, 0, 1'000'000'000);
     v("hang_at_step", hang_at_step, 0, 1'000'000'000);
+    v("hang_busy", hang_busy);
     v.changeable([&] { v("salt", salt, 0, 1'000'000'000); });
     v("mode", mode, {"mix", "refuse", "needs"});
   }
@@ -75,7 +77,9 @@ void CounterNode::step(Time now) {
   ++steps_;
   if (steps_ == static_cast<std::uint64_t>(params_.fail_at_step))
     throw std::runtime_error("asked to fail");
-  while (steps_ == static_cast<std::uint64_t>(params_.hang_at_step)) pause();
+  while (steps_ == static_cast<std::uint64_t>(params_.hang_at_step)) {
+    if (!params_.hang_busy) pause();
+  }
   volatile double load = 2.0;
   for (int i = 0; i < params_.work; ++i) load = std::sqrt(load) + 1.0;
   mix(static_cast<std::uint64_t>(now.count()));

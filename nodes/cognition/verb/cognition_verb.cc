@@ -16,6 +16,7 @@
 #include "proto/planner.pb.h"
 #include "proto/vision.pb.h"
 #include "tools/mimesis/field_text.h"
+#include "tools/mimesis/log/story.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
@@ -47,23 +48,9 @@ struct Record {
   std::vector<Sample> samples;
 };
 
-/// "precision" of GRIP_PRECISION, "-" if unspecified.
-std::string word(std::string name, const std::string& prefix) {
-  name = name.substr(prefix.size());
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-  return name == "unspecified" ? "-" : name;
-}
-
-/// "full, below, high" of a decision, an observation or a plan.
-template <class Symbols>
-std::string words(const Symbols& s) {
-  return fmt::format("{}, {}, {}", word(v1::Grip_Name(s.grip()), "GRIP_"),
-                     word(v1::Transport_Name(s.transport()), "TRANSPORT_"),
-                     word(v1::Goal_Name(s.goal()), "GOAL_"));
-}
-
 Record read_record(const std::vector<OpenLog>& logs) {
   Record record;
+  constexpr std::size_t kColorPrefix = 13;  // OBJECT_COLOR_
   const Span span = span_of(logs);
   const auto wanted = [&](const log::Channel& c) {
     return c.topic.ends_with("/explanation") || c.topic.ends_with("/fields") ||
@@ -88,7 +75,7 @@ Record read_record(const std::vector<OpenLog>& logs) {
     } else if (type == observation.GetTypeName() && parse(item, observation)) {
       if (words(observation) == "-, -, -") return;  // nobody acts, or the robot's own eyes
       seen = words(observation);
-      const std::string color = word(v1::ObjectColor_Name(observation.color()), "OBJECT_COLOR_");
+      const std::string color = word(v1::ObjectColor_Name(observation.color()), kColorPrefix);
       if (color != "-") seen += ", " + color;
     } else if (type == proposal.GetTypeName() && parse(item, proposal)) {
       open = words(proposal);
@@ -124,13 +111,8 @@ void print(const Record& record, std::size_t at) {
   std::cout << told(record, at) << '\n' << record.asked[at];
   TextTable table({"  FIELD", "SITE", "ACTIVE AFTER", "LEAD", "CARRIED BY"});
   for (const v1::FieldReason& f : e.fields()) {
-    std::string by;
-    for (const v1::Influence& i : f.influences()) {
-      if (i.input() < 0.005 && i.input() > -0.005) continue;
-      by += fmt::format("{}{} {:.2f}", by.empty() ? "" : " + ", i.from(), i.input());
-    }
     table.row({"  " + f.field(), f.site(), fmt::format("{:.0f} ms", 1000.0 * f.onset_s()),
-               fmt::format("{:.2f}", f.lead()), by});
+               fmt::format("{:.2f}", f.lead()), carried_by(f)});
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
 }

@@ -412,8 +412,16 @@ class Supervisor {
     const nanoseconds silence = node.silence - node.unheard;
     if (node.state != State::ready || silence < Watchdog::kNamed) return;
     const std::string how = fmt::format("{:.1f} s ({})", to_seconds(silence), does);
-    if (!std::exchange(node.named_silent, true))
-      say("{} hangs: no sign of life for {}", node.name(), how);
+    if (!std::exchange(node.named_silent, true)) {
+      if (does != Activity{.state = 'R'}.text()) {
+        say("{} hangs: no sign of life for {}", node.name(), how);
+      } else if (node.spec.hung_after > nanoseconds(0)) {
+        say("{} computes one step for {:.1f} s so far, {:g} s are allowed", node.name(),
+            to_seconds(silence), to_seconds(node.spec.hung_after));
+      } else {
+        say("{} computes one step for {:.1f} s so far", node.name(), to_seconds(silence));
+      }
+    }
     if (node.spec.hung_after == nanoseconds(0) || silence < node.spec.hung_after) return;
     if (node.spec.required) {
       end_run(1, fmt::format("node '{}' hung for {}", node.name(), how));

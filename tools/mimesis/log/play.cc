@@ -26,7 +26,9 @@
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/log/play_curves.h"
 #include "tools/mimesis/log/play_parts.h"
+#include "tools/mimesis/log/play_restore.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
@@ -53,6 +55,7 @@ struct PlayOptions {
   bool paused = false;                 ///< at the start
   bool stay = false;                   ///< at the end: paused, or a silent member of the lock-step
   bool as_recorded = false;            ///< elided payloads are not computed again
+  bool restore_all = false;            ///< also those that nobody looks at
   bool clock = false;                  ///< also drive the graph's simulated clock
   bool lockstep = false;               ///< take part in a lock-step graph
   bool json = false;
@@ -70,15 +73,18 @@ class PacedPlayer {
         playback_(playback),
         ahead_(playback, options.ahead, [this] { ring(); }),
         bus_(PlayOutput::bus_options(wish, options.clock)),
-        output_(bus_, playback.topics(), options.clock),
+        output_(bus_, playback.topics(), options.clock, options.playback.last_of_all),
         timeline_(options.rate),
         paused_(options.paused),
-        marks_(playback) {
+        marks_(playback),
+        curves_(playback) {
     constexpr unsigned long kTimerSlack_ns = 1000;  // how late the kernel may wake us
     MIMESIS_ASSERT(bell_.open());
     ahead_.set_rate(options.rate);
     serve_requests();
     prctl(PR_SET_TIMERSLACK, kTimerSlack_ns);
+    if (options.playback.last_of_all && !options.as_recorded)
+      restorer_.emplace(playback, [this] { ring(); });
     jump(playback.start_ns());  // requests are answered from now on
     bus_.ready();
   }
@@ -153,10 +159,10 @@ class PacedPlayer {
     if (paused_) {
       timeline_.jump(now(), log_time);
       tell_clock();
-      output_.send(message);
+      send(message);
       if (step_to_ && (step_to_->empty() || *step_to_ == topic)) step_to_.reset();
     } else {
-      output_.send(message);
+      send(message);
       lateness_.add(now() - timeline_.due(log_time));
     }
     last_topic_ = topic;
@@ -164,6 +170,26 @@ class PacedPlayer {
     ++messages_;
     ++unserved_;
     unserved_bytes_ += size;
+  }
+
+  /// As it was sent, if it is elided and that has been computed.
+  void send(const Played& message) {
+    auto whole = restorer_ ? restorer_->whole(message) : std::nullopt;
+    if (!whole) return output_.send(message);
+    output_.send({message.topic, message.log_time_ns, message.publish_time_ns, std::move(*whole)});
+  }
+
+  /// What was elided and is looked at comes when it has been computed.
+  void restore() {
+    std::set<std::string> looked_at;
+    for (const PlayedTopic& topic : playback_.topics()) {
+      if (restorer_->elided(topic.topic) &&
+          (options_.restore_all || output_.has_subscribers(topic)))
+        looked_at.insert(topic.topic);
+    }
+    restorer_->look_at(std::move(looked_at), position_ns());
+    for (const Played& message : restorer_->fresh()) output_.send(message);
+    next_restore_ = now() + kLook;
   }
 
   /// Serves the bus between two messages, even if they leave no time to wait.
@@ -227,6 +253,7 @@ class PacedPlayer {
 
   void wait_until(Wall until) {
     if (output_.clock()) until = std::min(until, next_clock_);
+    if (restorer_) until = std::min(until, next_restore_);
     if (on_terminal_) until = std::min(until, now() + StatusLine::kInPlace);
     const std::array<int, 2> fds{stop_signal_.fd(), bell_.get()};
     unserved_ = unserved_bytes_ = 0;
@@ -236,6 +263,7 @@ class PacedPlayer {
       [[maybe_unused]] const auto rang = eventfd_read(bell_.get(), &count);
     }
     if (output_.clock() && now() >= next_clock_) tell_clock();
+    if (restorer_ && now() >= next_restore_) restore();
     if (!on_terminal_) return;
     line_.show(fmt::format("{:.1f} / {:.1f} s  x{:.3g}{}{}", playback_.position_s(position_ns()),
                            playback_.position_s(playback_.end_ns()), timeline_.rate(),
@@ -266,7 +294,8 @@ class PacedPlayer {
     const std::vector<Played> latched = ahead_.seek(log_time_ns);
     timeline_.jump(now(), play_time(log_time_ns));
     tell_clock();
-    for (const Played& value : latched) output_.send(value);
+    for (const Played& value : latched) send(value);
+    if (restorer_) restore();
   }
 
   void tell_clock() {
@@ -346,12 +375,11 @@ class PacedPlayer {
     tell_clock();
   }
 
-  /// `act(request)` does it; then `answer` answers.
-  template <class Request, class Answer = v1::PlayerStatus>
-  void serve(std::string_view name, std::function<void(const Request&)> act,
-             Answer (PacedPlayer::*answer)() = &PacedPlayer::status) {
-    bus_.serve(name, Request::default_instance(), Answer::default_instance(),
-               [this, act, answer](const std::string& bytes) -> tl::expected<std::string, Status> {
+  /// `act(request)` does it; the status answers.
+  template <class Request>
+  void serve(std::string_view name, std::function<void(const Request&)> act) {
+    bus_.serve(name, Request::default_instance(), v1::PlayerStatus::default_instance(),
+               [this, act](const std::string& bytes) -> tl::expected<std::string, Status> {
                  Request request;
                  if (!request.ParseFromString(bytes)) {
                    return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
@@ -362,7 +390,19 @@ class PacedPlayer {
                  } catch (const Refusal& refusal) {
                    return tl::unexpected(Status{refusal.why});
                  }
-                 return (this->*answer)().SerializeAsString();
+                 return status().SerializeAsString();
+               });
+  }
+
+  /// `answer` tells something else.
+  template <class Request, class Answer>
+  void serve(std::string_view name, Answer (PacedPlayer::*answer)(const Request&)) {
+    bus_.serve(name, Request::default_instance(), Answer::default_instance(),
+               [this, answer](const std::string& bytes) -> tl::expected<std::string, Status> {
+                 Request request;
+                 if (!request.ParseFromString(bytes))
+                   return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
+                 return (this->*answer)(request).SerializeAsString();
                });
   }
 
@@ -373,11 +413,12 @@ class PacedPlayer {
     serve<v1::PlayerSeek>("seek", [this](const auto& request) { seek(request); });
     serve<v1::PlayerRate>("rate", [this](const auto& request) { set_rate(request.rate()); });
     serve<v1::PlayerAsk>("status", [](const auto&) {});
-    serve<v1::PlayerAsk>(
-        "marks", [](const auto&) {}, &PacedPlayer::marks);
+    serve("marks", &PacedPlayer::marks);
+    serve("curves", &PacedPlayer::curves);
   }
 
-  v1::PlayerMarks marks() { return marks_.found(); }
+  v1::PlayerMarks marks(const v1::PlayerAsk&) { return marks_.found(); }
+  v1::PlayerCurves curves(const v1::PlayerCurvesAsk& ask) { return curves_.draw(ask); }
 
   v1::PlayerStatus status() {
     v1::PlayerStatus s;
@@ -394,6 +435,12 @@ class PacedPlayer {
     s.set_pass(static_cast<std::uint32_t>(pass_));
     s.set_holding(holding_);
     s.set_held_s(to_seconds(held_));
+    if (restorer_) {
+      const PlayRestorer::Progress p = restorer_->progress();
+      s.set_restored(p.computed);
+      s.set_elided(p.all);
+      s.set_restore_problem(p.problem);
+    }
     return s;
   }
 
@@ -445,13 +492,15 @@ class PacedPlayer {
 
   bool paused_, given_up_ = false;
   PlayMarks marks_;
+  PlayCurves curves_;
   bool holding_ = true;                 ///< time stands in any case: subscribers are not there yet
   std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
   std::string last_topic_;
   int pass_ = 1;
   std::uint64_t messages_ = 0, unserved_ = 0, unserved_bytes_ = 0;
-  Wall next_clock_{}, going_since_{};
+  Wall next_clock_{}, next_restore_{}, going_since_{};
   Time going_{}, held_{};
+  std::optional<PlayRestorer> restorer_;  ///< for viewers
 };
 
 /// Plays as a member of a lock-step graph: steps exactly at the times of the recorded messages, so
@@ -506,7 +555,8 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback, const LiveP
 int log_play(PlayOptions& options) {
   options.playback.filter = filter_of(options.topics);
   options.playback.remap = PlayRemap(options.remaps);
-  Playback playback(options.as_recorded ? open_logs(options.files) : open_whole_logs(options.files),
+  const bool later = options.as_recorded || options.playback.last_of_all;
+  Playback playback(later ? open_logs(options.files) : open_whole_logs(options.files),
                     options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   if (options.name.empty()) options.name = launched_as().empty() ? "player" : launched_as();
@@ -577,6 +627,11 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
           "(repeatable)")
       ->type_name("TOPIC")
       ->allow_extra_args(false);
+  play.add_flag("--for-viewers", o.playback.last_of_all,
+                "Recorded stamps; late subscribers and seeks get the last message of every topic; "
+                "elided payloads that somebody looks at are computed while it plays")
+      ->excludes(clock);
+  play.add_flag("--restore-all", o.restore_all, "With --for-viewers: all elided payloads are");
   play.add_flag("--as-recorded", o.as_recorded, "Elided payloads are not computed again");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
@@ -584,7 +639,7 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
 constexpr const char* kPlayFooter =
     "Positions are seconds from the first message of the log. Latched topics come first, with the\n"
     "last value before the start. clock/time is not played.\n"
-    "Steered by services NAME/pause, resume, step, seek, rate, status, marks "
+    "Steered by services NAME/pause, resume, step, seek, rate, status, marks, curves\n"
     "(proto/player.proto),\n"
     "say mimesis service call player/pause; by a page: mimesis view LOG.\n"
     "Messages leave at their recorded times. Slow reliable subscribers are waited for, and "

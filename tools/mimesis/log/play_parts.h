@@ -21,11 +21,11 @@
 #include "common/runtime/raw.h"
 #include "common/runtime/zmq_bus.h"
 #include "common/time.h"
-#include "proto/foxglove/log.pb.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/log/playback.h"
+#include "tools/mimesis/log/story.h"
 
 // Parts of a player: where it is in the log and how late, the marks of its time line, and its side
 // of the graph.
@@ -116,8 +116,8 @@ class PlayLateness {
   runtime::Time worst_{};
 };
 
-/// The lines that nodes logged, for a time line. A thread of its own reads them from the log when
-/// they are first asked for: the player goes on meanwhile.
+/// What happened, for a time line. A thread of its own reads it from the log when it is first asked
+/// for: the player goes on meanwhile.
 class PlayMarks {
  public:
   explicit PlayMarks(const Playback& playback) : playback_(playback) {}
@@ -134,22 +134,16 @@ class PlayMarks {
   static constexpr int kMost = 2000;
 
   void read(const std::stop_token& stop) {
-    const auto reader = playback_.reader(
-        {[](const log::Channel& channel) { return channel.topic.ends_with("/log"); },
-         playback_.start_ns(), playback_.end_ns() + 1});
+    const auto reader =
+        playback_.reader({Story::follows, playback_.start_ns(), playback_.end_ns() + 1});
+    Story story;
     int count = 0;
-    foxglove::Log line;
     while (const Item* item = stop.stop_requested() || count == kMost ? nullptr : reader->next()) {
-      if (item->schema == nullptr || item->schema->name != line.GetTypeName() ||
-          !line.ParseFromArray(item->message->data.data(),
-                               static_cast<int>(item->message->data.size())))
-        continue;
-      const std::lock_guard lock(mutex_);
-      v1::PlayerMark& mark = *marks_.add_marks();
+      v1::PlayerMark mark = story.tell(*item);
+      if (mark.kind() == v1::PlayerMark::KIND_UNSPECIFIED) continue;
       mark.set_position_s(playback_.position_s(item->message->log_time));
-      mark.set_level(static_cast<std::uint32_t>(line.level()));
-      mark.set_node(line.name());
-      mark.set_text(line.message());
+      const std::lock_guard lock(mutex_);
+      *marks_.add_marks() = std::move(mark);
       ++count;
     }
     const std::lock_guard lock(mutex_);
@@ -171,11 +165,13 @@ inline runtime::Time play_time(std::uint64_t ns) {
 
 using RawOuts = std::map<const PlayedTopic*, std::unique_ptr<runtime::RawOut>>;
 
-inline RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
+/// `keep`: late subscribers get the last message of every topic.
+inline RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics,
+                         bool keep = false) {
   RawOuts outs;
   for (const PlayedTopic& topic : topics) {
-    outs[&topic] =
-        bus.advertise_raw(topic.topic, topic.type, topic.descriptors, {.latched = topic.latched});
+    outs[&topic] = bus.advertise_raw(topic.topic, topic.type, topic.descriptors,
+                                     {.latched = topic.latched || keep});
   }
   return outs;
 }
@@ -183,8 +179,12 @@ inline RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& to
 /// The player's side of the graph: its topics and, if it drives it, the graph's clock.
 class PlayOutput {
  public:
-  PlayOutput(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics, bool clock)
-      : bus_(bus), outs_(advertise(bus, topics)) {
+  /// `for_viewers`: the last message of every topic is kept, and stamps are the recorded ones.
+  PlayOutput(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics, bool clock,
+             bool for_viewers)
+      : bus_(bus),
+        outs_(advertise(bus, topics, for_viewers)),
+        recorded_stamps_(clock || for_viewers) {
     if (!clock) return;
     clock_ = std::make_unique<runtime::Out<v1::ClockTime>>(bus, kPort,
                                                            runtime::OutOptions{.latched = true});
@@ -208,11 +208,15 @@ class PlayOutput {
     }
     return false;
   }
+  bool has_subscribers(const PlayedTopic& topic) const {
+    return outs_.at(&topic)->subscribers() > 0;
+  }
   void send(const Played& message) {
     // Subscribers compare the stamp with their own clock: it is the recorded one if the player
     // drives that clock, else now less the age that the message had when it was recorded.
     const runtime::Time sent = play_time(message.publish_time_ns);
-    const runtime::Time stamp = clock_ ? sent : wall() - (play_time(message.log_time_ns) - sent);
+    const runtime::Time stamp =
+        recorded_stamps_ ? sent : wall() - (play_time(message.log_time_ns) - sent);
     outs_[message.topic]->send_raw(message.payload, stamp);
     bytes_ += message.payload.size();
   }
@@ -236,6 +240,7 @@ class PlayOutput {
 
   runtime::ZmqBus& bus_;
   RawOuts outs_;
+  const bool recorded_stamps_;
   std::unique_ptr<runtime::Out<v1::ClockTime>> clock_;
   std::uint64_t bytes_ = 0;
 };

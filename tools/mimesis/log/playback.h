@@ -85,6 +85,8 @@ struct PlaybackOptions {
   /// Plays also the messages of recorded nodes about themselves (NODE/start, steps, health, log).
   /// Those that the filter names are played anyway.
   bool about_nodes = false;
+  /// A seek gives the last message before of every topic, not of latched ones alone: for viewers.
+  bool last_of_all = false;
   TimeRange range{};  ///< its end is played, too
 };
 
@@ -103,15 +105,15 @@ struct Played {
 };
 
 /// The messages of a log (several files: the parts of one) in the order of their log times, equal
-/// ones in the order of the files. A seek gives for each latched topic the last value before, so
-/// that a late start shows the values that a late subscriber would get. The values that a recorder
-/// repeats at the head of every part are left out.
+/// ones in the order of the files. A seek gives for each latched topic (`last_of_all`: for each)
+/// the last value before, so that a late start shows what a late subscriber would get. The values
+/// that a recorder repeats at the head of every part are left out.
 class Playback {
  public:
   /// @throws ConfigError if nothing is selected, a topic has two types, or nothing lies in the
   /// time.
   Playback(std::vector<OpenLog> logs, const PlaybackOptions& options)
-      : logs_(std::move(logs)), span_(span_of(logs_)) {
+      : logs_(std::move(logs)), span_(span_of(logs_)), last_of_all_(options.last_of_all) {
     find_topics(options);
     const LogTimes times = resolve(options.range, span_);
     start_ns_ = std::max(times.start, span_.start_ns);
@@ -124,6 +126,7 @@ class Playback {
   Playback(const Playback&) = delete;
   Playback& operator=(const Playback&) = delete;
 
+  const std::vector<OpenLog>& logs() const { return logs_; }
   const std::deque<PlayedTopic>& topics() const { return topics_; }
   /// Lines about requested topics that are not played: no such topic, or not Protobuf.
   const std::vector<std::string>& notes() const { return notes_; }
@@ -140,13 +143,13 @@ class Playback {
   }
 
   /// `next` continues with the first message at or after this time, not before start_ns. The last
-  /// values of latched topics before it, in their order. Reads only chunks that hold such.
+  /// values before it, in their order. Reads only chunks that hold such.
   std::vector<Played> seek(std::uint64_t log_time_ns) {
     constexpr std::uint64_t kFirstLook = 1'000'000'000;  // back [ns]; then four times as far
     const std::uint64_t target = std::max(log_time_ns, start_ns_);
     std::set<const PlayedTopic*> missing;
     for (const PlayedTopic& topic : topics_) {
-      if (topic.latched) missing.insert(&topic);
+      if (topic.latched || last_of_all_) missing.insert(&topic);
     }
     repeats_ = {};
     std::vector<Played> values;
@@ -155,7 +158,8 @@ class Playback {
       const std::uint64_t from = to - std::min(look, to - span_.start_ns);
       const auto wanted = [&](const log::Channel& channel) {
         const auto it = topic_of_.find(&channel);
-        return it != topic_of_.end() && is_latched(channel) && missing.contains(it->second);
+        return it != topic_of_.end() && (last_of_all_ || is_latched(channel)) &&
+               missing.contains(it->second);
       };
       select({wanted, from, to});
       std::vector<Played> earlier;
@@ -273,6 +277,7 @@ class Playback {
 
   std::vector<OpenLog> logs_;
   Span span_;
+  const bool last_of_all_;
   std::deque<PlayedTopic> topics_;
   std::vector<std::string> notes_;
   std::unordered_map<const log::Channel*, const PlayedTopic*> topic_of_;

@@ -403,7 +403,17 @@ void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) 
 /// Returns the exit code.
 int log_replay(ReplayOptions& options) {
   const StopSignals stop;
-  const std::vector<OpenLog> logs = open_whole_logs(options.logs, options.unconfined);
+  std::set<std::string> used;  // topics that the nodes take or send
+  for (const NodeRun& run : find_node_runs(open_logs(options.logs))) {
+    if (!options.nodes.empty() &&
+        std::ranges::find(options.nodes, run.node()) == options.nodes.end())
+      continue;
+    for (const auto* topics : {&run.start.inputs(), &run.start.outputs()})
+      for (const v1::TopicInfo& t : *topics) used.insert(t.topic());
+  }
+  const std::vector<OpenLog> logs =
+      open_whole_logs(options.logs, options.unconfined,
+                      [&](const std::string& topic) { return used.contains(topic); });
   for (const OpenLog& log : logs) report_damages(log, {});
   choose_tolerance(logs, options);
   return replay_nodes(logs, options, stop);

@@ -10,14 +10,12 @@
 #include <set>
 
 #include "tools/mimesis/log/elided_payload.h"
-#include "tools/mimesis/log/replay_step.h"
+#include "tools/mimesis/log/rerun.h"
 #include "tools/mimesis/log/rewrite.h"
 #include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {
 namespace {
-
-constexpr double kStepTimeout_s = 60.0;
 
 /// A node that runs again, as far as its messages are asked for.
 class Producer {
@@ -25,61 +23,52 @@ class Producer {
   /// @param topics of its messages that will be asked for
   Producer(const std::vector<OpenLog>& logs, const NodeRun& node_run,
            const std::set<std::string>& topics, bool unconfined)
-      : reader_(logs, node_run),
-        node_(
-            "node '" + node_run.node() + "'",
-            [&](int socket) {
-              return replay_command(program_of(node_run, ""), node_run, folder_.path(), {}, socket);
-            },
-            kStepTimeout_s, unconfined ? "" : folder_.path()) {
+      : node_(logs, node_run, unconfined) {
     for (const std::string& topic : topics) waiting_[topic];
   }
 
   /// @throws VerbEnd if the node does not publish it again
   std::string take(const std::string& topic, std::uint64_t seq) {
     auto& waiting = waiting_[topic];
-    while (!waiting.contains(seq)) advance(topic, seq);
+    while (!waiting.contains(seq)) {
+      const auto outcome = advance();
+      if (!outcome) {
+        throw VerbEnd{
+            fmt::format("{} #{} cannot be computed again: {}", topic, seq, outcome.error().reason),
+            1};
+      }
+      for (const v1::ReplayMessage& output : outcome->outputs()) {
+        if (const auto it = waiting_.find(output.topic()); it != waiting_.end())
+          it->second[logged_seq(output.seq())] = output.payload();
+      }
+    }
     std::string payload = std::move(waiting.at(seq));
     waiting.erase(waiting.begin(), waiting.upper_bound(seq));
     return payload;
   }
 
  private:
-  void advance(const std::string& topic, std::uint64_t seq) {
-    const auto fail = [&](const std::string& why) {
-      throw VerbEnd{fmt::format("{} #{} cannot be computed again: {}", topic, seq, why), 1};
-    };
-    const auto step = reader_.next();
-    if (!step) fail(reader_.problem().empty() ? "the node's steps end before" : reader_.problem());
-    v1::ReplayStep message;
-    if (const std::string why = fill_step(reader_, *step, message); !why.empty()) fail(why);
-    v1::ReplayOutcome outcome;
-    try {
-      node_.ask(message, outcome);
-    } catch (const PacketProcess::Gone& gone) {
-      fail(gone.what());
-    }
-    if (outcome.failed()) fail(outcome.problem());
-    for (v1::ReplayMessage& output : *outcome.mutable_outputs()) {
-      if (const auto it = waiting_.find(output.topic()); it != waiting_.end())
-        it->second[logged_seq(output.seq())] = std::move(*output.mutable_payload());
-    }
+  tl::expected<v1::ReplayOutcome, Status> advance() {
+    const auto step = node_.next();
+    if (!step) return tl::unexpected(step.error());
+    return node_.run(*step);
   }
 
-  NodeRunReader reader_;
-  TemporaryFolder folder_;
-  PacketProcess node_;
+  NodeRerun node_;
   std::map<std::string, std::map<std::uint64_t, std::string>> waiting_;  ///< by topic and seq
 };
 
 /// Makes whole messages of elided ones.
 class Restorer {
  public:
+  /// @param topics those that will be asked for
   /// @throws ConfigError if the log names a program that it may not, before any starts
-  Restorer(const std::vector<OpenLog>& logs, bool unconfined)
-      : logs_(logs), node_runs_(find_node_runs(logs)), unconfined_(unconfined) {
+  Restorer(const std::vector<OpenLog>& logs, const std::set<std::string>& topics, bool unconfined)
+      : logs_(logs), node_runs_(find_node_runs(logs)), topics_(topics), unconfined_(unconfined) {
     for (const OpenChannel& c : channels_of(logs)) {
-      const auto node_run = is_elided(*c.channel) ? run_of(*c.channel) : node_runs_.end();
+      const auto node_run = topics.contains(c.channel->topic) && is_elided(*c.channel)
+                                ? run_of(*c.channel)
+                                : node_runs_.end();
       if (node_run != node_runs_.end()) program_of(*node_run, "");
     }
   }
@@ -114,7 +103,8 @@ class Restorer {
     }
     std::set<std::string> topics;
     for (const OpenChannel& c : channels_of(logs_)) {
-      if (is_elided(*c.channel) && sender_of(*c.channel) == node_run->node())
+      if (is_elided(*c.channel) && topics_.contains(c.channel->topic) &&
+          sender_of(*c.channel) == node_run->node())
         topics.insert(c.channel->topic);
     }
     return std::make_unique<Producer>(logs_, *node_run, topics, unconfined_);
@@ -122,16 +112,26 @@ class Restorer {
 
   const std::vector<OpenLog>& logs_;
   std::vector<NodeRun> node_runs_;
+  const std::set<std::string>& topics_;
   bool unconfined_;
   std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Producer>> producers_;
 };
 
-/// Copies all messages, elided ones whole.
-void restore(const std::vector<OpenLog>& logs, NewLog& out, bool unconfined) {
-  Restorer restorer(logs, unconfined);
+std::set<std::string> elided_topics(const std::vector<OpenLog>& logs) {
+  std::set<std::string> topics;
+  for (const OpenChannel& c : channels_of(logs)) {
+    if (is_elided(*c.channel)) topics.insert(c.channel->topic);
+  }
+  return topics;
+}
+
+/// Copies all messages, elided ones of these topics whole.
+void restore(const std::vector<OpenLog>& logs, const std::set<std::string>& topics, NewLog& out,
+             bool unconfined) {
+  Restorer restorer(logs, topics, unconfined);
   std::map<const log::Channel*, log::Channel> whole;
   out.read("restore", logs, {}, [&](const Item& item) {
-    if (!is_elided(*item.channel)) return out.copy(item);
+    if (!is_elided(*item.channel) || !topics.contains(item.channel->topic)) return out.copy(item);
     const auto [channel, fresh] = whole.try_emplace(item.channel, *item.channel);
     if (fresh)
       for (const char* key : {kElidedKey, kFormerElidedKey}) channel->second.metadata.erase(key);
@@ -148,24 +148,23 @@ void restore(const std::vector<OpenLog>& logs, NewLog& out, bool unconfined) {
 int log_restore(const RewriteOptions& options, bool unconfined) {
   const auto logs = open_logs(options.inputs);
   NewLog out(options.output, logs);
-  restore(logs, out, unconfined);
+  restore(logs, elided_topics(logs), out, unconfined);
   return out.conclude(options.json);
 }
 
 }  // namespace
 
-std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths, bool unconfined) {
+std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths, bool unconfined,
+                                     const std::function<bool(const std::string&)>& wanted) {
   auto logs = open_logs(paths);
-  std::set<std::string> topics;
-  for (const OpenChannel& c : channels_of(logs)) {
-    if (is_elided(*c.channel)) topics.insert(c.channel->topic);
-  }
+  std::set<std::string> topics = elided_topics(logs);
+  if (wanted) std::erase_if(topics, [&](const std::string& topic) { return !wanted(topic); });
   if (topics.empty()) return logs;
   std::cerr << fmt::format("{}: {} is computed again\n", paths.front(), fmt::join(topics, ", "));
   const TemporaryFolder folder;  // an open file needs no name
   const std::string path = folder.path() + "/whole.mcap";
   NewLog out({.path = path, .compression = log::Compression::lz4}, logs);
-  restore(logs, out, unconfined);
+  restore(logs, topics, out, unconfined);
   out.finish();
   auto whole = open_logs({path});
   whole.front().path = paths.front();

@@ -196,6 +196,19 @@ TEST_F(GraphVerbs, ServiceCallSpeaksJson) {
   EXPECT_NE(wrong.err.find("seqq"), std::string::npos) << wrong.err;
 }
 
+TEST_F(GraphVerbs, EchoWaitsForTheMessageThatIsWanted) {
+  const Result now = run({"topic", "echo", "a/out", "--once", "--field", "seq"});
+  ASSERT_EQ(now.code, 0) << now.err;
+  const std::string later = std::to_string(std::stoull(now.out) + 300);
+  const Result wanted =
+      run({"topic", "echo", "a/out", "--where", "seq=" + later, "--once", "--field", "seq"});
+  EXPECT_EQ(wanted.code, 0) << wanted.err;
+  EXPECT_EQ(wanted.out, later + "\n");
+  EXPECT_EQ(run({"topic", "echo", "a/out", "--where", "seq=0", "--once", "--timeout", "0.2"}).code,
+            3);
+  EXPECT_EQ(run({"topic", "echo", "a/out", "--where", "seq", "--once"}).code, 2);
+}
+
 TEST_F(GraphVerbs, PubTakesWhatEchoPrints) {
   // The counter hears other/out: its hash changes with what comes.
   testing::TestNode peer(graph_, {{"copy", "copy/out"}}, {});

@@ -48,13 +48,14 @@ tl::expected<v1::ParamSet, Status> ask(const std::vector<v1::NodeInfo>& nodes,
 
 }  // namespace
 
-LiveGraph::LiveGraph(Server& server, std::string graph, tool::TopicFilter topics)
+LiveGraph::LiveGraph(Server& server, std::string graph, tool::TopicFilter topics,
+                     runtime::Policy policy)
     : server_(server),
       graph_(std::move(graph)),
       topics_(std::move(topics)),
       view_(graph_),
       tap_(
-          graph_, [](const std::string&) { return false; }, runtime::Policy::latest),
+          graph_, [](const std::string&) { return false; }, policy),
       clerk_([this] { serve(); }) {}
 
 LiveGraph::~LiveGraph() {

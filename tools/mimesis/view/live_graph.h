@@ -14,8 +14,9 @@ namespace mimesis::view {
 /// looks at; parameters and services are those of its nodes.
 class LiveGraph {
  public:
-  /// `topics`: those that are shown
-  LiveGraph(Server& server, std::string graph, tool::TopicFilter topics);
+  /// `topics`: those that are shown. `policy`: latest, so that no node waits for viewers; reliable
+  /// of a player, whose messages come once
+  LiveGraph(Server& server, std::string graph, tool::TopicFilter topics, runtime::Policy policy);
   ~LiveGraph();
   /// Passes on what comes within about 5 ms.
   void step();

@@ -20,8 +20,8 @@ struct ServerOptions {
   std::filesystem::path page;             ///< folder of the page; its files are read once
   std::vector<std::string> origins = {};  ///< of foreign pages that may look, as https://host
   std::map<std::string, std::string> metadata = {};
-  std::size_t backlog_bytes = 16 << 20;  ///< messages that wait for a slow client; then the oldest
-                                         ///< of the topic with most bytes are left out
+  std::size_t backlog_bytes = 4 << 20;  ///< messages that wait for a slow client; then the oldest
+                                        ///< of the topic with most bytes are left out
   std::size_t backlog_messages = 8192;
   std::size_t largest_request = 1 << 20;  ///< of those who say the key [bytes]
 };

@@ -11,7 +11,6 @@
 #include <sstream>
 
 #include "common/error.h"
-#include "common/runtime/param_source.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/stop_signals.h"
@@ -40,10 +39,11 @@ std::string new_key() {
 class Player {
  public:
   explicit Player(const Options& options) : graph_("view-" + std::to_string(getpid())) {
-    launch::Command command{{launch::find_executable("mimesis"), "log", "play", "--stay",
-                             "--all-topics", "--paused", "--rate", fmt::format("{}", options.rate)},
-                            {{"MIMESIS_GRAPH", graph_}}};
-    if (!options.images) command.argv.push_back("--as-recorded");
+    launch::Command command{
+        {launch::find_executable("mimesis"), "log", "play", "--stay", "--for-viewers",
+         "--all-topics", "--paused", "--rate", fmt::format("{}", options.rate)},
+        {{"MIMESIS_GRAPH", graph_}}};
+    if (options.images) command.argv.push_back("--restore-all");
     command.argv.insert(command.argv.end(), options.film.logs.begin(), options.film.logs.end());
     process_.emplace(command);
   }
@@ -83,14 +83,17 @@ int run(Options& options) {
   server.name = "mimesis " + (options.film.logs.empty() ? graph : options.film.logs.front());
   server.metadata = {{"graph", graph},
                      {"log", options.film.logs.empty() ? "" : options.film.logs.front()}};
-  try {
-    server.page =
-        std::filesystem::path(runtime::find_project_file("page", "index.html")).parent_path();
-  } catch (const ConfigError&) {  // not built: the server says so to whoever asks for it
-  }
+  // Beside the program, and nowhere else: an index.html of the folder somebody is in is no page.
+  std::error_code none;
+  server.page = std::filesystem::read_symlink("/proc/self/exe", none).parent_path().parent_path() /
+                "share/mimesis/page";
+  if (!std::filesystem::exists(server.page / "index.html", none)) server.page.clear();
   if (server.key.empty()) server.key = new_key();
   if (films) {
-    if (server.page.empty()) throw ConfigError("a film needs the page, which is not there");
+    if (server.page.empty())
+      throw ConfigError(
+          "a film needs the page, which is not built: tools/setup viewer, then cmake --build build "
+          "--target page");
     options.film.speed = options.rate;
     make_film(options.film, server);
     return 0;
@@ -101,7 +104,8 @@ int run(Options& options) {
   std::cout << serving.url() << std::endl;
   std::cerr << fmt::format("graph '{}'; Foxglove and Lichtblick: ws://{}:{}; Ctrl-C ends\n", graph,
                            server.address, serving.port());
-  LiveGraph live(serving, graph, shown);
+  LiveGraph live(serving, graph, shown,
+                 player ? runtime::Policy::reliable : runtime::Policy::latest);
   bool waits = player && !options.paused;  // until somebody looks
   while (!stop.requested()) {
     live.step();
@@ -138,7 +142,9 @@ void add_view(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0.001, 1000.0))
       ->capture_default_str();
   verb->add_flag("--paused", o->paused, "Of a log: begin at rest");
-  verb->add_flag("--images", o->images, "Of a log: first compute its elided images again");
+  verb->add_flag(
+      "--images", o->images,
+      "Of a log: compute all its elided images again, not only those that are looked at");
   view::FilmOptions& f = o->film;
   auto* film = verb->add_option("--film", f.film, "Write a film of a log's scene: mp4, webm, gif");
   auto* png = verb->add_option("--png", f.png, "Write a picture of a log's scene");

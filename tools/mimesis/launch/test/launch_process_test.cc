@@ -179,6 +179,14 @@ TEST_F(Launch, NamesAHungNodeAndEndsTheRunIfItIsRequired) {
   launch->signal(SIGINT);
   EXPECT_EQ(launch->wait(), 130);
 
+  launch = start_two(", params: {hang_at_step: 50, hang_busy: true}, hung_after: 60s");
+  EXPECT_TRUE(said(*launch, "b computes one step for ")) << launch->errors();
+  EXPECT_TRUE(said(*launch, " so far, 60 s are allowed")) << launch->errors();
+  EXPECT_EQ(launch->errors().find("hangs"), std::string::npos) << "a long step is none";
+  kill(pids().at("b"), SIGKILL);
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+
   launch = start_two(", params: {hang_at_step: 50}, hung_after: 1s, restart: on-failure");
   EXPECT_TRUE(said(*launch, "(it waits)")) << launch->errors();
   EXPECT_TRUE(said(*launch, "b was killed by SIGKILL; starting it again")) << launch->errors();

@@ -226,6 +226,32 @@ TEST_F(LogPlay, ItsTimeLineHasTheLinesThatNodesLogged) {
   EXPECT_EQ(marks.marks(1).node(), "sender");
 }
 
+TEST_F(LogPlay, DrawsFieldsOfTheWholeLogAndSaysWhichThereAreNot) {
+  write_slow_log();
+  Listener listener(graph_);
+  const auto player = play_to(listener.node, {"--paused"});
+  v1::PlayerCurvesAsk ask;
+  for (const char* path : {"seq", "nothing", "seq["}) {
+    ask.add_fields()->set_topic("sender/count");
+    ask.mutable_fields()->rbegin()->set_path(path);
+  }
+  ask.set_to_s(1000.0);
+  ask.set_columns(100);
+  v1::PlayerCurves all;
+  ASSERT_TRUE(listener.node.until([&] {
+    const auto answer =
+        listener.node.bus().call("player/curves", ask.SerializeAsString(), kPatience);
+    return answer && all.ParseFromString(*answer) && all.curves_size() == 3 &&
+           all.curves(0).whole();
+  }));
+  const v1::PlayerCurve& seq = all.curves(0);
+  EXPECT_EQ(seq.problem(), "");
+  ASSERT_GT(seq.value_size(), 5);
+  for (int i = 0; i < seq.value_size(); ++i) EXPECT_EQ(seq.value(i), i + 1) << seq.position_s(i);
+  EXPECT_NE(all.curves(1).problem().find("nothing"), std::string::npos);
+  EXPECT_NE(all.curves(2).problem(), "");
+}
+
 TEST_F(LogPlay, ARunningPlayerPausesWhereItIs) {
   write_slow_log();
   Listener listener(graph_);

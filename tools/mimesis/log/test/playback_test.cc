@@ -126,6 +126,18 @@ TEST(Playback, ASeekGivesTheLastValueOfEveryLatchedTopicBefore) {
   EXPECT_EQ(text(playback.seek(0)), "");
 }
 
+TEST(Playback, ForViewersASeekGivesTheLastMessageOfEveryTopicBefore) {
+  Part part;
+  const auto once = part.channel("scene", "n"), out = part.channel("out", "n");
+  part.put(once, 1, 0.0, "scene");  // as `mimesis plan --scene` writes it: not latched, once
+  for (std::uint32_t i = 1; i <= 100; ++i) part.put(out, i, i, fmt::format("o{}", i));
+  Playback playback(logs({&part}), {.last_of_all = true});
+  EXPECT_EQ(from(playback, 99.5), "scene o99|o100");
+  EXPECT_EQ(text(playback.seek(0)), "");
+  Playback usual(logs({&part}), {});
+  EXPECT_EQ(from(usual, 99.5), "|o100");
+}
+
 TEST(Playback, ValuesRepeatedAtTheHeadOfAPartAreNotPlayedTwice) {
   for (const std::string start : {"", "77"}) {  // logs from before start ids, and ours
     Part one, two;

@@ -270,6 +270,78 @@ class ViewOfALog(unittest.TestCase):
             view.stdout.close()
             self.assertEqual([p.name for p in pathlib.Path(folder, "mimesis").iterdir() if p.name.startswith("view-")], [])
 
+    def test_what_precedes_a_subscription_or_a_seek_is_delivered(self):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = os.environ | {"XDG_RUNTIME_DIR": folder}
+            subprocess.run([f"{BIN}/mimesis", "plan", "bar_table.yaml", "--hand", "0.6", "0.1", "0.6", "--scene", f"{folder}/q.mcap"],
+                           capture_output=True, check=True, timeout=60.0, env=environment)
+            view = subprocess.Popen([f"{BIN}/mimesis", "view", f"{folder}/q.mcap", "--port", "0", "--key", "k"], stdout=subprocess.PIPE,
+                                    stderr=subprocess.DEVNULL, text=True, env=environment)
+            port = int(re.search(r":(\d+)/", view.stdout.readline())[1])
+            with Client(port, "/?key=k") as client:
+                channels = {}
+                client.until(lambda m: isinstance(m, dict) and m["op"] == "advertise" and
+                             channels.update({c["topic"]: c["id"] for c in m["channels"]}) is None and "scene" in channels)
+                subscribe = lambda topic, number: client.say({"op": "subscribe", "subscriptions": [{"id": number, "channelId": channels[topic]}]})
+                of = lambda number: lambda m: (found := message(m)) and found[0] == number and found
+                subscribe("frames", 1)  # the scene, sent once and not latched, is over by then
+                first = client.until(of(1))
+                client.until(lambda m: (found := of(1)(m)) and found[1] > first[1] + 500_000_000)
+                subscribe("scene", 2)
+                self.assertLess(client.until(of(2))[1], first[1] + 500_000_000, "its own time, not that of its delivery")
+                client.say({"op": "unsubscribe", "subscriptionIds": [1]})
+                with Client(port, "/?key=k") as other:
+                    service = other.until(lambda m: isinstance(m, dict) and m["op"] == "advertiseServices" and
+                                          next((s for s in m["services"] if s["name"] == "player/seek"), None))
+                    other.say(struct.pack("<BIII", 2, service["id"], 3, 8) + b"protobuf" + b"\x09" + struct.pack("<d", 2.0), BINARY)
+                self.assertTrue(client.until(of(2)), "once more after a seek")
+            view.send_signal(signal.SIGINT)
+            self.assertEqual(view.wait(timeout=PATIENCE_S), 0)
+            view.stdout.close()
+
+    def images(self, log, environment, seeks):
+        """Stamp and payload of camera/image, as the page gets it, after each seek [s, stamp; None: the first that comes]."""
+        view = subprocess.Popen([f"{BIN}/mimesis", "view", log, "--port", "0", "--key", "k", "--paused"], stdout=subprocess.PIPE,
+                                stderr=subprocess.DEVNULL, text=True, env=environment)
+        port, seen = int(re.search(r":(\d+)/", view.stdout.readline())[1]), []
+        with Client(port, "/?key=k") as client:
+            channel, service = {}, {}
+            def learn(m):
+                if isinstance(m, dict) and m["op"] == "advertise":
+                    channel.update({c["topic"]: c["id"] for c in m["channels"]})
+                if isinstance(m, dict) and m["op"] == "advertiseServices":
+                    service.update({s["name"]: s["id"] for s in m["services"]})
+                return "camera/image" in channel and "player/seek" in service
+            client.until(learn)
+            client.say({"op": "subscribe", "subscriptions": [{"id": 1, "channelId": channel["camera/image"]}]})
+            for call, (position_s, stamp) in enumerate(seeks):
+                client.say(struct.pack("<BIII", 2, service["player/seek"], call, 8) + b"protobuf\x09" + struct.pack("<d", position_s), BINARY)
+                # While its own image is computed, one shortly before may come.
+                seen.append(client.until(lambda m: (found := message(m)) and len(found[2]) > 4096 and (stamp is None or found[1] == stamp) and found[1:]))
+        view.send_signal(signal.SIGINT)
+        self.assertEqual(view.wait(timeout=PATIENCE_S), 0)
+        view.stdout.close()
+        return seen
+
+    def test_elided_images_come_at_once_where_the_log_stands_and_to_the_last_bit(self):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = os.environ | {"XDG_RUNTIME_DIR": folder, "MIMESIS_GRAPH": "e"}
+            sets = [f"--set={s}" for s in ("rate_hz=20", "source=renderer", "view.width_px=160", "view.height_px=120", "view.focal_px=185")]
+            camera = subprocess.Popen([f"{BIN}/mimesis_camera", *sets], stderr=subprocess.DEVNULL, env=environment)
+            recorder = subprocess.Popen([f"{BIN}/mimesis", "log", "record", "--all", "--elide", "camera/image:source=renderer",
+                                         "--output", f"{folder}/run.mcap"], env=environment, stderr=subprocess.DEVNULL)
+            images = [f"{BIN}/mimesis", "topic", "echo", "camera/image", "-n", "60"]
+            subprocess.run(images, env=environment, stdout=subprocess.DEVNULL, check=True, timeout=60.0)
+            camera.terminate(), camera.wait()
+            recorder.send_signal(signal.SIGINT), recorder.wait()
+            subprocess.run([f"{BIN}/mimesis", "log", "restore", f"{folder}/run.mcap", f"{folder}/whole.mcap"], check=True, timeout=60.0,
+                           capture_output=True, env=environment)
+            seeks = (2.4, 1.0, 2.0)  # forth, back, and forth again
+            recorded = self.images(f"{folder}/whole.mcap", environment, [(s, None) for s in seeks])
+            self.assertEqual(len(set(recorded)), len(seeks))
+            painted = self.images(f"{folder}/run.mcap", environment, [(s, stamp) for s, (stamp, _) in zip(seeks, recorded)])
+            self.assertTrue(painted == recorded, "other bytes")
+
     def film(self, *arguments, log="world.mcap"):
         return subprocess.run([f"{BIN}/mimesis", "view", f"{LOGS}/{log}", *arguments], capture_output=True, text=True, timeout=120.0)
 
@@ -280,6 +352,17 @@ class ViewOfALog(unittest.TestCase):
                 self.skipTest(made.stderr.strip())
             self.assertEqual(made.returncode, 2)
             self.assertRegex(made.stderr, f"^[^\n]*{word}[^\n]*\n$")
+
+    def test_without_the_page_a_film_says_how_to_get_it(self):
+        with tempfile.TemporaryDirectory() as folder:  # programs without share/mimesis/page beside them
+            bin_dir = pathlib.Path(folder, "bin")
+            bin_dir.mkdir()
+            for name in ("mimesis", "mimesis-view"):
+                shutil.copy(f"{BIN}/{name}", bin_dir)
+            pathlib.Path(folder, "index.html").write_text("of somebody else")
+            made = subprocess.run([bin_dir / "mimesis", "view", os.path.abspath(f"{LOGS}/world.mcap"), "--png", "/nowhere/x.png"], capture_output=True, text=True,
+                                  timeout=PATIENCE_S, cwd=folder)
+            self.assertRegex(made.stderr, r"^[^\n]*tools/setup viewer, then cmake --build build --target page\n$")
 
     def test_a_camera_is_six_numbers(self):
         for camera in ("1,2", "1,2,3,4,5,6,7", "1,2,3,4,5,x", "1;2;3;4;5;6"):

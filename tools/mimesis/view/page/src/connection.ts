@@ -27,8 +27,9 @@ export interface Graph {
 /** A decoded message and the time of its content [ns]. */
 export type Listener = (message: any, ns: bigint) => void;
 
+export const isImage = (type: string) => type === "foxglove.RawImage" || type === "foxglove.CompressedImage";
 const SUBPROTOCOLS = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
-const RETRY_MS = 1000;
+const RETRY_MS = 1000, COMPLAINT_MS = 3000;
 const MESSAGE = 1, TIME = 2, ANSWER = 3, CALL = 2;
 
 const bytesOf = (base64: string) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
@@ -63,6 +64,7 @@ export class Connection {
   private readonly ids = new Map<string, number>(); // subscription by topic
   private readonly calls = new Map<number, { type: DescMessage; done: (m: any) => void; fail: (e: Error) => void }>();
   private nextId = 1;
+  private forgetting: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly url: string) {
     this.open();
@@ -143,6 +145,10 @@ export class Connection {
     this.say({ op: "subscribe", subscriptions: [{ id, channelId: channel.id }] });
   }
 
+  private isImage(topic: string): boolean {
+    return isImage(this.channels.value.get(topic)?.schemaName ?? "");
+  }
+
   private text(json: any) {
     switch (json.op) {
       case "serverInfo":
@@ -189,7 +195,10 @@ export class Connection {
         this.calls.delete(json.callId);
         break;
       case "status":
-        if (json.level > 0) this.complaint.value = json.message;
+        if (json.level === 0 || (json.id === "slow" && this.isImage(json.message.split(" ").pop()))) break; // images come as fast as they can
+        this.complaint.value = json.message;
+        clearTimeout(this.forgetting);
+        if (json.id) this.forgetting = setTimeout(() => (this.complaint.value = ""), COMPLAINT_MS); // repeated while it is so
         break;
     }
   }

@@ -33,8 +33,19 @@ export function pixels(image: any): ImageData | undefined {
   return new ImageData(out, width, height);
 }
 
-/** Circles, lines and texts over an image. */
-export function annotate(pen: CanvasRenderingContext2D, annotations: any) {
+type Box = { x: number; y: number; w: number; h: number };
+const meet = (a: Box, b: Box) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
+/** The height at which a text is nearest to where it should be and overprints no other: it is taken then. */
+export function free(taken: Box[], box: Box): number {
+  const hits = (y: number) => taken.some((t) => meet(t, { ...box, y }));
+  const ys = [box.y, ...taken.flatMap((t) => [t.y + t.h, t.y - box.h])].filter((y) => !hits(y) && (y >= 0 || y === box.y));
+  const y = ys.reduce((best, y) => (Math.abs(y - box.y) < Math.abs(best - box.y) ? y : best), ys[0] ?? box.y);
+  taken.push({ ...box, y });
+  return y;
+}
+
+/** Circles, lines and texts over an image; `taken`: where texts stand already. */
+export function annotate(pen: CanvasRenderingContext2D, annotations: any, taken: Box[] = []) {
   const css = (c: any, otherwise = "transparent") => (c && c.a > 0 ? `rgb(${255 * c.r} ${255 * c.g} ${255 * c.b} / ${c.a})` : otherwise);
   for (const circle of annotations.circles) {
     pen.beginPath();
@@ -53,12 +64,17 @@ export function annotate(pen: CanvasRenderingContext2D, annotations: any) {
     finish(css(points.fillColor), css(points.outlineColor, css(points.outlineColors[0])), points.thickness);
   }
   for (const text of annotations.texts) {
-    pen.font = `${text.fontSize || 12}px sans-serif`;
-    const at = text.position ?? { x: 0, y: 0 }, width = pen.measureText(text.text).width;
+    const size = text.fontSize || 12, at = text.position ?? { x: 0, y: 0 };
+    pen.font = `${size}px sans-serif`;
+    const width = pen.measureText(text.text).width;
+    const y = free(taken, { x: at.x, y: at.y - size, w: width, h: 1.2 * size }) + size;
     pen.fillStyle = css(text.backgroundColor);
-    pen.fillRect(at.x, at.y - (text.fontSize || 12), width, 1.2 * (text.fontSize || 12));
+    pen.fillRect(at.x, y - size, width, 1.2 * size);
+    pen.lineWidth = 3;
+    pen.strokeStyle = "#000a"; // readable on any picture
+    if (!(text.backgroundColor?.a > 0)) pen.strokeText(text.text, at.x, y);
     pen.fillStyle = css(text.textColor, "white");
-    pen.fillText(text.text, at.x, at.y);
+    pen.fillText(text.text, at.x, y);
   }
   function finish(fill: string, stroke: string, thickness: number) {
     pen.fillStyle = fill;

@@ -49,3 +49,26 @@ effect(() => {
   const kept: Kept = { tab: tab.value, curves: curves.value, hidden: hidden.value };
   if (layout.value) localStorage.setItem(key(layout.value), JSON.stringify(kept));
 });
+
+/** The chosen layout as a file that others can load. */
+export const saved = (): string => JSON.stringify({ layout: layout.value?.name, tab: tab.value, curves: curves.value, hidden: hidden.value }, undefined, 2) + "\n";
+
+/** Shows what such a file holds; why not, if it is none. */
+export function load(text: string): string {
+  let file: any;
+  try {
+    file = JSON.parse(text);
+  } catch {
+    return "not a layout: no JSON";
+  }
+  const texts = (all: unknown): all is string[] => Array.isArray(all) && all.every((t) => typeof t === "string");
+  const l = LAYOUTS.find((l) => l.name === file?.layout);
+  const whole = typeof file?.tab === "string" && texts(file.hidden) && Array.isArray(file.curves) &&
+    file.curves.every((c: any) => typeof c?.topic === "string" && typeof c?.path === "string");
+  if (!l || !whole) return "not a layout: it has to hold layout, tab, curves and hidden, as Save writes them";
+  choose(l);
+  tab.value = file.tab;
+  curves.value = file.curves.map(({ topic, path }: Curve) => ({ topic, path }));
+  hidden.value = file.hidden;
+  return "";
+}

@@ -1,16 +1,22 @@
 import { render } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Connection } from "./connection";
-import { Fields, Images, Log, Nodes, Parameters, Player, Plots } from "./panels";
+import { Fields, Images, Log, Nodes, Parameters } from "./panels";
+import { Player } from "./player";
+import { Plots } from "./plots";
 import { film } from "./film";
-import { choose, fitting, hidden, layout, LAYOUTS, tab } from "./layouts";
+import { choose, fitting, hidden, layout, LAYOUTS, load, saved, tab } from "./layouts";
+import { Messages } from "./messages";
 import { Scene } from "./scene";
+import { status } from "./time";
+import { Why } from "./why";
+import { followStarts } from "./wiring";
 import "uplot/dist/uPlot.min.css";
 import "./style.css";
 
 const query = new URLSearchParams(location.search), key = query.get("key");
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${key ? `?key=${encodeURIComponent(key)}` : ""}`);
-const TABS = { Nodes, Images, Fields, Plots, Log, Parameters };
+const TABS = { Nodes, Images, Fields, Plots, Why, Log, Messages, Parameters };
 type Tab = keyof typeof TABS;
 
 function Stage() {
@@ -25,6 +31,13 @@ function Stage() {
     }
   }, []);
   const channels = connection.channels.value;
+  useEffect(() => {
+    let last = 0;
+    return status.subscribe((now) => { // a seek to before
+      if (now && now.positionS < last) scene.current?.rewind(now.logTimeNs);
+      last = now?.positionS ?? 0;
+    });
+  }, []);
   useEffect(() => scene.current?.follow(connection), [channels]);
   const drawn = [...channels.values()].filter((c) => c.schemaName === "foxglove.SceneUpdate").map((c) => c.topic).sort();
   useEffect(() => scene.current?.hide(hidden.value), [hidden.value]);
@@ -48,8 +61,17 @@ function Stage() {
   );
 }
 
+function download() {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([saved()], { type: "application/json" }));
+  link.download = `${layout.value?.name.toLowerCase() ?? "mimesis"}.layout.json`;
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
 function App() {
   const [byHand, setByHand] = useState(false);
+  useEffect(() => followStarts(connection), [connection.channels.value]);
   const fits = fitting(new Set([...connection.channels.value.values()].map((c) => c.topic)));
   useEffect(() => { if (!byHand && connection.channels.value.size && fits !== layout.value) choose(fits); }, [fits, byHand, connection.channels.value]);
   useEffect(() => {
@@ -73,6 +95,13 @@ function App() {
           {LAYOUTS.map((l) => <option key={l.name}>{l.name}</option>)}
         </select></label>
         <button onClick={() => layout.value && choose(layout.value, true)} title="as it was before you changed it">Reset</button>
+        <button onClick={download} title="a file for others">Save</button>
+        <label class="file">Load <input type="file" accept=".json" onChange={async (e) => {
+          const file = e.currentTarget.files?.[0];
+          if (!file) return;
+          const wrong = load(await file.text());
+          wrong ? (connection.complaint.value = `${file.name}: ${wrong}`) : setByHand(true);
+        }} /></label>
       </header>
       <main>
         <Stage />

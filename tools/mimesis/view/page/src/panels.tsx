@@ -1,12 +1,11 @@
-// What stands beside the scene: nodes, images, fields, plots, log, parameters, player.
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import uPlot from "uplot";
-import { typeOf, type Connection } from "./connection";
-import { paths, valueAt } from "./fields";
+// What stands beside the scene: nodes, images, fields, log, parameters.
+import { useEffect, useRef, useState } from "preact/hooks";
+import { isImage, type Connection } from "./connection";
 import { annotate, pixels } from "./image";
-import { curves } from "./layouts";
+import { playerOf, runS, status } from "./time";
+import { imageOf, starts } from "./wiring";
 
-type Props = { connection: Connection };
+export type Props = { connection: Connection };
 const topicsOf = (connection: Connection, schema: string) =>
   [...connection.channels.value.values()].filter((c) => c.schemaName === schema).map((c) => c.topic).sort();
 const own = (topic: string) => /\/(health|log|start|steps)$/.test(topic);
@@ -31,8 +30,16 @@ export function Nodes({ connection }: Props) {
   }, [topics.join()]);
   const graph = connection.graph.value, nodes = new Map<string, { out: string[]; in: string[] }>();
   const node = (name: string) => nodes.get(name) ?? nodes.set(name, { out: [], in: [] }).get(name)!;
-  for (const [topic, who] of graph.published) if (!own(topic)) who.forEach((n) => node(n).out.push(topic));
-  for (const [topic, who] of graph.subscribed) if (!own(topic)) who.forEach((n) => node(n).in.push(topic));
+  if (playerOf(connection)) {
+    for (const { node: name, inputs, outputs } of starts.value.values()) { // those of the log
+      outputs.forEach(({ topic }) => own(topic) || node(name).out.push(topic));
+      inputs.forEach(({ topic }) => own(topic) || node(name).in.push(topic));
+    }
+  } else {
+    for (const [topic, who] of graph.published) if (!own(topic)) who.forEach((n) => node(n).out.push(topic));
+    for (const [topic, who] of graph.subscribed) if (!own(topic)) who.forEach((n) => node(n).in.push(topic));
+  }
+  if (!nodes.size) return <p>No node is told of.</p>;
   const count = (hz: number | undefined) => (hz === undefined || isNaN(hz) ? "-" : hz.toFixed(0));
   return (
     <table>
@@ -60,41 +67,87 @@ export function Nodes({ connection }: Props) {
 }
 
 export function Images({ connection }: Props) {
-  const images = [...topicsOf(connection, "foxglove.RawImage"), ...topicsOf(connection, "foxglove.CompressedImage")];
+  const images = [...connection.channels.value.values()].filter((c) => isImage(c.schemaName)).map((c) => c.topic).sort();
   if (!images.length) return <p>No node sends images.</p>;
-  return <>{images.map((topic) => <Picture key={topic} connection={connection} topic={topic} />)}</>;
+  const over = topicsOf(connection, "foxglove.ImageAnnotations").map((t) => [t, imageOf(t, images, starts.value.values())] as const);
+  const lost = over.filter(([, image]) => !image).map(([t]) => t);
+  return (
+    <>
+      <Restored />
+      {images.map((topic) => <Picture key={topic} connection={connection} topic={topic} notes={over.filter(([, image]) => image === topic).map(([t]) => t)} />)}
+      {lost.length > 0 && <p>Not drawn, as nothing tells their image: {lost.join(", ")}</p>}
+    </>
+  );
 }
 
-function Picture({ connection, topic }: Props & { topic: string }) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const [note, setNote] = useState("waiting for an image");
-  const notes = topicsOf(connection, "foxglove.ImageAnnotations");
+/** Images that the log does not hold are computed while it is shown. */
+function Restored() {
+  const { restored = 0n, elided = 0n, restoreProblem = "" } = status.value ?? {};
+  if (restoreProblem) return <p class="bad">Images are not stored in this log, and cannot be computed again: {restoreProblem}</p>;
+  if (!elided || restored === elided) return null;
+  return (
+    <p><label>Images are not stored in this log; their cameras compute them again, those of now first:{" "}
+      <progress value={Number(restored)} max={Number(elided)} /></label> {String(restored)} of {String(elided)}</p>
+  );
+}
+
+const OLD_NS = 2.5e8, KEPT = 64; // annotations of an image so much older or newer say nothing of this one
+/** When the image was taken: by its own time if it has one, else that of the message. */
+const takenNs = (t: any, ns: bigint) => (t && (t.seconds || t.nanos) ? Number(t.seconds) * 1e9 + t.nanos : Number(ns));
+
+/** Whether an element is in view: images are large, and only those that are looked at are received. */
+function useInView(element: { current: Element | null }): boolean {
+  const [inView, setInView] = useState(false);
   useEffect(() => {
-    const annotations = new Map<string, any>();
-    let last: ImageBitmap | ImageData | undefined, due = false;
+    const watch = new IntersectionObserver((seen) => setInView(seen[seen.length - 1]!.isIntersecting));
+    watch.observe(element.current!);
+    return () => watch.disconnect();
+  }, []);
+  return inView;
+}
+
+function Picture({ connection, topic, notes }: Props & { topic: string; notes: string[] }) {
+  const figure = useRef<HTMLElement>(null), canvas = useRef<HTMLCanvasElement>(null), inView = useInView(figure);
+  const [empty, setEmpty] = useState(true);
+  const [note, setNote] = useState("waiting for an image");
+  useEffect(() => {
+    if (!inView) return;
+    const annotations = new Map<string, { taken: number; m: any }[]>(); // the last ones: an image may come after those of later images
+    let last: ImageBitmap | ImageData | undefined, due = false, taken = NaN;
     const draw = () => {
       due = false;
       const c = canvas.current;
       if (!c || !last) return;
+      setEmpty(false);
       if (c.width !== last.width || c.height !== last.height) (c.width = last.width), (c.height = last.height);
       const pen = c.getContext("2d")!;
       last instanceof ImageData ? pen.putImageData(last, 0, 0) : pen.drawImage(last, 0, 0);
-      for (const a of annotations.values()) annotate(pen, a);
+      const texts: Parameters<typeof annotate>[2] = [];
+      for (const all of annotations.values()) {
+        const near = all.reduce((best, a) => (Math.abs(a.taken - taken) <= Math.abs(best.taken - taken) ? a : best));
+        if (Math.abs(near.taken - taken) <= OLD_NS) annotate(pen, near.m, texts);
+      }
     };
     const soon = () => { if (!due) (due = true), requestAnimationFrame(draw); };
-    const ends = notes.map((n) => connection.listen(n, (m) => (annotations.set(n, m), soon())));
-    ends.push(connection.listen(topic, (m) => {
+    const ends = notes.map((n) => connection.listen(n, (m, ns) => {
+      const first = m.circles[0] ?? m.points[0] ?? m.texts[0];
+      annotations.set(n, [...(annotations.get(n) ?? []).slice(1 - KEPT), { taken: takenNs(first?.timestamp, ns), m }]);
+      soon();
+    }));
+    ends.push(connection.listen(topic, (m, ns) => {
+      if (!m.data.length) return setNote(last ? "the one of now is being computed" : "is being computed");
+      taken = takenNs(m.timestamp, ns);
       if (m.format !== undefined) {
         createImageBitmap(new Blob([m.data])).then((b) => ((last = b), setNote(""), soon()), () => setNote(`no image that can be shown: ${m.format}`));
         return;
       }
       const seen = pixels(m);
-      setNote(seen ? "" : m.data.length ? `no image that can be shown: ${m.encoding}` : "not in the log: mimesis view --images computes it again");
+      setNote(seen ? "" : `no image that can be shown: ${m.encoding}`);
       if (seen) (last = seen), soon();
     }));
     return () => ends.forEach((end) => end());
-  }, [topic, notes.join()]);
-  return <figure><canvas ref={canvas} /><figcaption>{topic} {note && `(${note})`}</figcaption></figure>;
+  }, [topic, notes.join(), inView]);
+  return <figure ref={figure}><canvas ref={canvas} hidden={empty} /><figcaption>{topic} {note && `(${note})`}</figcaption></figure>;
 }
 
 /** Activity of the neural fields: a column a message, a row a neuron. */
@@ -134,69 +187,6 @@ function column(canvas: HTMLCanvasElement | undefined, u: number[]) {
   pen.putImageData(strip, canvas.width - 1, 0);
 }
 
-const COLOURS = ["#e8853a", "#3f88c5", "#44a568", "#c44e8a", "#8a6fd1", "#c9b037", "#4bb3b8", "#d1495b"];
-const SPAN_S = 20, MOST = 4000;
-
-export function Plots({ connection }: Props) {
-  const [search, setSearch] = useState("");
-  const channels = connection.channels.value;
-  const all = useMemo(() => [...channels.values()].flatMap((c) => {
-    const type = typeOf(c);
-    return type ? paths(type).map((path) => ({ topic: c.topic, path })) : [];
-  }), [channels]);
-  const words = search.toLowerCase().split(/\s+/);
-  const found = search ? all.filter((c) => words.every((w) => `${c.topic}.${c.path}`.toLowerCase().includes(w))).slice(0, 30) : [];
-  return (
-    <>
-      <label>Field <input type="search" value={search} placeholder="for instance: bridge position" onInput={(e) => setSearch(e.currentTarget.value)} /></label>
-      <ul class="found">{found.map((c) => (
-        <li key={c.topic + c.path}><button onClick={() => { curves.value = [...curves.value, c]; setSearch(""); }}>{c.topic} · {c.path}</button></li>))}
-      </ul>
-      <Plot connection={connection} />
-      <ul class="found">{curves.value.map((c, i) => (
-        <li key={i}><button title="remove" onClick={() => (curves.value = curves.value.filter((_, k) => k !== i))}>
-          <span style={{ color: COLOURS[i % COLOURS.length] }}>■</span> {c.topic} · {c.path} ✕</button></li>))}
-      </ul>
-    </>
-  );
-}
-
-function Plot({ connection }: Props) {
-  const box = useRef<HTMLDivElement>(null);
-  const shown = curves.value;
-  useEffect(() => {
-    if (!box.current || !shown.length) return;
-    const points = shown.map(() => ({ t: [] as number[], y: [] as number[] }));
-    const grey = getComputedStyle(box.current).color;
-    const axis = { stroke: grey, grid: { stroke: "#8884", width: 1 } };
-    const plot = new uPlot({
-      width: box.current.clientWidth, height: 260, legend: { show: false }, cursor: { drag: { x: false, y: false } },
-      scales: { x: { time: false } }, axes: [{ ...axis, label: "time [s]", labelSize: 18 }, axis],
-      series: [{}, ...shown.map((_, i) => ({ stroke: COLOURS[i % COLOURS.length], width: 1.5, spanGaps: true }))],
-    }, [[0], ...shown.map(() => [null])] as any, box.current);
-    const ends = shown.map((curve, i) => connection.listen(curve.topic, (m, ns) => {
-      const { t, y } = points[i]!, now = Number(ns) / 1e9;
-      if (t.length && now < t[t.length - 1]!) (t.length = 0), (y.length = 0); // a seek, or a new run
-      t.push(now), y.push(valueAt(m, curve.path));
-      if (t.length > MOST) t.splice(0, MOST / 4), y.splice(0, MOST / 4);
-    }));
-    const timer = setInterval(() => {
-      const newest = Math.max(...points.map((p) => p.t[p.t.length - 1] ?? -Infinity));
-      if (!isFinite(newest)) return;
-      plot.setData(uPlot.join(points.map(({ t, y }) => [t, y]) as any), false);
-      plot.setScale("x", { min: newest - SPAN_S, max: newest });
-      const inside = points.flatMap(({ t, y }) => y.filter((v, k) => t[k]! >= newest - SPAN_S && isFinite(v)));
-      if (!inside.length) return;
-      const low = Math.min(...inside), high = Math.max(...inside), room = 0.05 * (high - low) || 0.05 * Math.abs(high) || 1;
-      plot.setScale("y", { min: low - room, max: high + room });
-    }, 50);
-    const resize = new ResizeObserver(([seen]) => plot.setSize({ width: seen!.contentRect.width, height: 260 }));
-    resize.observe(box.current);
-    return () => { clearInterval(timer), resize.disconnect(), ends.forEach((end) => end()), plot.destroy(); };
-  }, [shown]);
-  return <div ref={box} class="plot">{!shown.length && <p>Search a field of any message and choose it.</p>}</div>;
-}
-
 const LEVELS = ["", "debug", "info", "warning", "error", "fatal"];
 export function Log({ connection }: Props) {
   const [lines, setLines] = useState<{ key: number; s: string; level: number; node: string; text: string }[]>([]);
@@ -204,7 +194,7 @@ export function Log({ connection }: Props) {
   const next = useRef(0);
   useEffect(() => {
     const ends = topics.map((topic) => connection.listen(topic, (m, ns) => {
-      const line = { key: next.current++, s: (Number(ns % 100_000_000_000_000n) / 1e9).toFixed(3), level: m.level, node: m.name, text: m.message };
+      const line = { key: next.current++, s: runS(ns).toFixed(3), level: m.level, node: m.name, text: m.message };
       setLines((before) => [...before.slice(-499), line]);
     }));
     return () => ends.forEach((end) => end());
@@ -247,52 +237,5 @@ export function Parameters({ connection }: Props) {
         </tbody>
       </table>
     </>
-  );
-}
-
-/** The time line of a log: services of a player. */
-export function Player({ connection }: Props) {
-  const services = connection.services.value;
-  const name = [...services.keys()].find((s) => services.get(s)!.response.schemaName === "mimesis.v1.PlayerStatus" && s.endsWith("/status"))?.slice(0, -7);
-  const [status, setStatus] = useState<any>();
-  const ask = (what: string, request: object = {}) => { if (name) connection.call(`${name}/${what}`, request).then(setStatus, () => {}); };
-  const [marks, setMarks] = useState<any[]>([]);
-  useEffect(() => {
-    if (!name) return;
-    const look = (): unknown => connection.call(`${name}/marks`, {}).then((m) => (setMarks(m.marks), m.whole || setTimeout(look, 500)), () => {});
-    look();
-  }, [name]);
-  useEffect(() => {
-    if (!name) return;
-    const timer = setInterval(() => ask("status"), 200);
-    const press = (e: KeyboardEvent) => {
-      if (e.target instanceof HTMLInputElement || e.target instanceof HTMLSelectElement) return;
-      if (e.key === " ") ask(paused.current ? "resume" : "pause"), e.preventDefault();
-      if (e.key === "ArrowLeft") ask("seek", seekBy(-5));
-      if (e.key === "ArrowRight") ask("seek", seekBy(5));
-      if (e.key === "s") ask("step");
-    };
-    addEventListener("keydown", press);
-    return () => { clearInterval(timer), removeEventListener("keydown", press); };
-  }, [name]);
-  const paused = useRef(false);
-  paused.current = !!status?.paused;
-  if (!name || !status) return null;
-  const seekBy = (s: number) => ({ target: { case: "offsetS", value: s } });
-  return (
-    <section class="player" aria-label="Time line of the log">
-      <button onClick={() => ask(status.paused ? "resume" : "pause")} title="space">{status.paused ? "Play" : "Pause"}</button>
-      <button onClick={() => ask("step")} title="s">Step</button>
-      <div class="line"><svg aria-hidden="true" viewBox="0 0 1000 8" preserveAspectRatio="none">{marks.map((m, i) => (
-        <rect key={i} class={m.level > 2 ? "bad" : ""} x={(1000 * (m.positionS - status.startS)) / (status.endS - status.startS || 1)} width="2" height="8"
-          onClick={() => ask("seek", { target: { case: "positionS", value: m.positionS } })}><title>{`${m.positionS.toFixed(2)} s, ${m.node}: ${m.text}`}</title></rect>))}
-      </svg>
-      <input type="range" aria-label="Time" min={status.startS} max={status.endS} step="0.01" value={status.positionS}
-        onInput={(e) => ask("seek", { target: { case: "positionS", value: Number(e.currentTarget.value) } })} /></div>
-      <span>{status.positionS.toFixed(2)} / {status.endS.toFixed(2)} s</span>
-      <label>Speed <select value={String(status.rate)} onChange={(e) => ask("rate", { rate: Number(e.currentTarget.value) })}>
-        {[...new Set([0.1, 0.25, 0.5, 1, 2, 5, 10, status.rate])].sort((a, b) => a - b).map((r) => <option key={r} value={String(r)}>{r}×</option>)}
-      </select></label>
-    </section>
   );
 }

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { FileDescriptorProtoSchema, TimestampSchema } from "@bufbuild/protobuf/wkt";
-import { paths, valueAt } from "./fields";
+import { paths, valueAt } from "../src/fields";
 
 test("paths name what can be plotted", () => {
   expect(paths(TimestampSchema)).toEqual(["seconds", "nanos"]);

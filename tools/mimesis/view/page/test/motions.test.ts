@@ -1,6 +1,6 @@
 import { Object3D, Quaternion, Vector3 } from "three";
 import { expect, test } from "vitest";
-import { Motions } from "./motions";
+import { Motions } from "../src/motions";
 
 /** A frame that turns about z and moves along x evenly, told every 40 ms. */
 function told(motions: Motions, frame: Object3D, until: number) {

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { RATIOS, Resolution } from "./resolution";
+import { RATIOS, Resolution } from "../src/resolution";
 
 /** Draws for `seconds` on a machine that needs `perPixel` ms for a picture of ratio 1 and `other` for the rest; 60 a second are shown. */
 function run(resolution: Resolution, perPixel: number, seconds: number, begin = 0, other = 0): { now: number; changes: number } {
