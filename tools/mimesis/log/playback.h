@@ -16,6 +16,8 @@
 
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
+#include "common/runtime/raw.h"
+#include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/topic_filter.h"
 
@@ -185,7 +187,14 @@ class Playback {
       out.topic = topic_of_.at(item->channel);
       out.log_time_ns = m.log_time;
       out.publish_time_ns = m.publish_time;
-      out.payload.assign(m.data);
+      const auto ros = ros_.find(item->channel);
+      if (ros == ros_.end()) {
+        out.payload.assign(m.data);
+      } else if (ros->second->read(m.data).empty()) {
+        out.payload = ros->second->message().SerializeAsString();
+      } else {
+        continue;  // `log check` names it
+      }
       return true;
     }
     return false;
@@ -221,11 +230,14 @@ class Playback {
       // Published by the runtime. Foreign topics with such names are played.
       const bool about_a_node = runtime::is_own_topic(topic) &&
                                 (c.type().starts_with("mimesis.v1.") || c.type() == "foxglove.Log");
-      if (c.schema == nullptr || c.schema->encoding != "protobuf") {
+      if (c.schema != nullptr && cdr::RosType::reads(c.schema->encoding) &&
+          c.channel->message_encoding == "cdr") {
+        add_ros(c, options.remap(topic.starts_with('/') ? topic.substr(1) : topic));
+      } else if (c.schema == nullptr || c.schema->encoding != "protobuf") {
         foreign.insert(topic);
       } else if (options.about_nodes || !about_a_node ||
                  std::ranges::find(named, topic) != named.end()) {
-        add(c, options.remap(topic));
+        add(c, options.remap(topic), c.type(), c.schema->data);
       }
     }
     if (topics_.empty()) {
@@ -243,15 +255,28 @@ class Playback {
       notes_.push_back(fmt::format("{}: topic {} is not Protobuf and not played", name(), topic));
     }
   }
-  void add(const OpenChannel& c, const std::string& topic) {
+  /// A topic of ROS 2 is played as Protobuf of the same fields.
+  void add_ros(const OpenChannel& c, const std::string& topic) {
+    try {
+      auto type = std::make_unique<LogType>(*c.schema, types_);
+      const auto& descriptor = *type->message().GetDescriptor();
+      add(c, topic, descriptor.full_name(), runtime::descriptor_set(descriptor));
+      ros_[c.channel] = std::move(type);
+    } catch (const ConfigError& e) {
+      notes_.push_back(fmt::format("{}: topic {} ({}) is not played: {}", name(), c.channel->topic,
+                                   c.type(), e.what()));
+    }
+  }
+  void add(const OpenChannel& c, const std::string& topic, const std::string& type,
+           const std::string& descriptors) {
     auto same = std::ranges::find(topics_, topic, &PlayedTopic::topic);
     if (same == topics_.end()) {
-      topics_.push_back({topic, c.type(), c.schema->data, false});
+      topics_.push_back({topic, type, descriptors, false});
       same = topics_.end() - 1;
-    } else if (same->type != c.type()) {
+    } else if (same->type != type) {
       throw ConfigError(
           fmt::format("topic {} has two types in {}: {} and {}; --exclude one or --remap it", topic,
-                      name(), same->type, c.type()));
+                      name(), same->type, type));
     }
     same->latched = same->latched || is_latched(*c.channel);
     topic_of_[c.channel] = &*same;
@@ -281,6 +306,8 @@ class Playback {
   std::deque<PlayedTopic> topics_;
   std::vector<std::string> notes_;
   std::unordered_map<const log::Channel*, const PlayedTopic*> topic_of_;
+  runtime::TypePool types_;
+  std::unordered_map<const log::Channel*, std::unique_ptr<LogType>> ros_;
   std::uint64_t start_ns_ = 0, end_ns_ = 0;
   std::unique_ptr<log::MergedReader> reader_;
   LatchedRepeats repeats_;

@@ -309,5 +309,24 @@ TEST(PlayRemap, RulesThatAreNone) {
             "--remap 'a:=c': 'a:=b' says otherwise");
 }
 
+TEST(Playback, PlaysTopicsOfRos2AsProtobufOfTheSameFields) {
+  Part part;
+  const auto schema = *part.writer.add_schema("a/msg/B", "ros2msg", "int32 x");
+  const auto none = *part.writer.add_schema("a/msg/C", "ros2msg", "int32");
+  const auto b = *part.writer.add_channel(schema, "/ns/b", "cdr", {});
+  (void)part.writer.add_channel(none, "/c", "cdr", {});
+  part.put(b, 1, 1.0, std::string("\0\1\0\0\7\0\0\0", 8));
+  part.put(b, 2, 2.0, std::string("\0\1\0\0\7", 5));  // cut: left out
+  Playback playback(logs({&part}), {});
+  ASSERT_EQ(playback.topics().size(), 1u);
+  EXPECT_EQ(playback.topics()[0].topic, "ns/b");
+  EXPECT_EQ(playback.topics()[0].type, "a_B");
+  ASSERT_EQ(playback.notes().size(), 1u);
+  EXPECT_NE(playback.notes()[0].find("topic /c (a/msg/C) is not played: line 1"),
+            std::string::npos);
+  (void)playback.seek(0);
+  EXPECT_EQ(rest(playback), "\x08\x07");
+}
+
 }  // namespace
 }  // namespace mimesis::tool
