@@ -20,7 +20,7 @@ export const LAYOUTS: Layout[] = [
     curves: along("crowd/certificate", "guarantees[0].disorder", "guarantees[0].measured_rate_1_s", "guarantees[0].guaranteed_rate_1_s") },
   { name: "Walk", topic: "synthesizer/figures", accompany: "synthesizer/figures", tab: "Plots", camera: AROUND, hidden: [],
     curves: along("synthesizer/motion", "velocity_forward_m_s", "phase_rate_rad_s") },
-  { name: "Any", topic: "", tab: "Nodes", camera: [], hidden: [], curves: [] },
+  { name: "Any", topic: "", tab: "Messages", camera: [], hidden: [], curves: [] },
 ];
 
 export const fitting = (topics: Set<string>): Layout => LAYOUTS.find((l) => topics.has(l.topic) || !l.topic)!;
