@@ -386,6 +386,12 @@ class Checker {
         return;
     }
     if (goals.empty() || !plans_ways(s_, group.rules)) return;
+    constexpr std::size_t kMostWalls = 500;
+    if (const std::size_t n = edges(s_.walls, s_.polygons).size(); n > kMostWalls) {
+      add("walls", std::to_string(n) + " walls and sides of polygons: ways are planned around " +
+                       std::to_string(kMostWalls) + " at most");
+      return;
+    }
     Ways ways = ways_of(s_, group);
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (ways.next(from[i].p_W_m, goals[i])) continue;

@@ -14,6 +14,7 @@ namespace {
 using Eigen::Vector2d;
 constexpr double kPi = std::numbers::pi;
 constexpr double kSide_rad = 0.25 * kPi;  // of the polygons around ends of walls
+const double kTangent = std::sin(0.5 * kSide_rad) + 1e-3;
 constexpr double kRound = 1e-9, kHere_m = 1e-6, kNearer = 0.85;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
@@ -85,8 +86,13 @@ Ways::Ways(std::span<const Wall> walls, std::span<const Polygon> polygons, doubl
   links_.resize(bends_.size());
   for (std::size_t i = 0; i < bends_.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (!sees(bends_[i], bends_[j])) continue;
-      const double length = (bends_[i] - bends_[j]).norm();
+      const Vector2d way = bends_[i] - bends_[j];
+      const double length = way.norm(), turned = kTangent * length;
+      // A way that bends is tangent to what it bends about.
+      if (std::abs(way.dot(outwards_[i])) > turned || std::abs(way.dot(outwards_[j])) > turned ||
+          !sees(bends_[i], bends_[j])) {
+        continue;
+      }
       links_[i].push_back({static_cast<int>(j), length});
       links_[j].push_back({static_cast<int>(i), length});
     }
@@ -113,11 +119,13 @@ void Ways::add_bends(std::span<const Polygon> polygons) {
       const int sides = static_cast<int>(std::ceil(turn / kSide_rad - 1e-9));
       for (int s = 0; s <= sides; ++s) {
         const double angle = first + 0.5 * kPi + turn * s / sides;
-        const Vector2d bend =
-            Vector2d(place.first, place.second) + wide * Vector2d(std::cos(angle), std::sin(angle));
+        const Vector2d outwards(std::cos(angle), std::sin(angle));
+        const Vector2d bend = Vector2d(place.first, place.second) + wide * outwards;
         const bool in = std::ranges::any_of(
             polygons, [&](const Polygon& polygon) { return inside(polygon, bend); });
-        if (!in && clearance(bend) >= clearance_m_) bends_.push_back(bend);
+        if (in || clearance(bend) < clearance_m_) continue;
+        bends_.push_back(bend);
+        outwards_.push_back(outwards);
       }
     }
   }

@@ -27,7 +27,8 @@ std::vector<Wall> edges(std::span<const Wall> walls, std::span<const Polygon> po
 /// 8 % longer about each bend than the shortest, and gaps of 2.17 clearances are open, of 1.7
 /// closed.
 ///
-/// Building costs O(bends² walls), a goal O(bends²) once, `next` O(bends walls).
+/// Building costs O(bends² walls/16), 0.3 s for 300 walls, a goal O(bends²) once, `next` O(bends
+/// walls).
 class Ways {
  public:
   /// @param clearance_m  distance from walls that ways keep, > 0, where both ends have it
@@ -59,7 +60,7 @@ class Ways {
 
   double clearance_m_;
   std::vector<Wall> walls_;
-  std::vector<Eigen::Vector2d> bends_;
+  std::vector<Eigen::Vector2d> bends_, outwards_;  // outwards: from what it bends about
   std::vector<std::vector<Link>> links_;
   std::map<std::pair<double, double>, Costs> known_;
 };

@@ -76,6 +76,10 @@ TEST(WaysRun, NobodyStandsInAPolygonNorWantsTo) {
   EXPECT_EQ(faults(s)[0].path, "groups.0.start");
   s.polygons[0].corner_m = {5, 0, 6, 1, 5, 1, 6, 0};
   EXPECT_EQ(faults(s)[0].what, "sides 0 and 2 cross");
+  s.walls.assign(501, {{20, 0}, {21, 0}});
+  s.polygons[0].corner_m = {5, 0, 6, 0, 6, 1};
+  s.groups[0].goals.position_m = {9, 0};
+  EXPECT_EQ(faults(s).at(0).path, "walls");
   s.polygons[0].corner_m = {5, 0, 6, 1};
   EXPECT_EQ(faults(s)[0].path, "polygons.0.corner_m");
 }
