@@ -496,7 +496,7 @@ Outcome judge(unsigned seed, const std::string& folder) {
   for (const auto& [name, rule] : rules)
     slowest = std::min(slowest, double(rule["guaranteed_1_s"]));
   // Samples every 0.1 s; steps are short beside the fastest rate, or errors end at those of steps.
-  const double per_sample = std::max(5.0, std::ceil(1.7 * g.fastest()));
+  const double per_sample = std::max(8.0, std::ceil(2.8 * g.fastest()));
   const double h = 0.1 / per_sample, until = std::min(20.0 + 25.0 / slowest, 400.0);
   for (long k = 0; t < until; ++k, t = static_cast<double>(k) * h) {
     if (k % static_cast<long>(per_sample) == 0) {
@@ -535,7 +535,7 @@ Outcome judge(unsigned seed, const std::string& folder) {
 TEST(PrintedEquations, KeepWhatIsGuaranteed) {
   const char* asked = std::getenv("MIMESIS_CONFIGURATIONS");
   const char* from = std::getenv("MIMESIS_SEED");
-  const int configurations = asked != nullptr ? std::atoi(asked) : 20;
+  const int configurations = asked != nullptr ? std::atoi(asked) : 15;
   const unsigned first = from != nullptr ? static_cast<unsigned>(std::atoi(from)) : 1U;
   const mimesis::testing::TemporaryFolder folder;
   int refused = 0, certified = 0, broken = 0;
