@@ -115,7 +115,7 @@ Definitions parse_msg(const std::string& name, std::string_view text) {
     std::string_view s = trimmed(text.substr(0, end));
     text.remove_prefix(std::min(text.size(), end + 1));
     ++line;
-    if (s.starts_with("====")) continue;
+    if (s.starts_with("====") || s.starts_with("SRV:")) continue;  // the service is the first part
     if (s.starts_with("MSG:")) {
       current = short_name(trimmed(s.substr(4)));
       found[current].clear();

@@ -23,17 +23,18 @@ Report speed(const PlotDir& dir) {
   Report report;
   const motion::MotionModel model =
       motion::load_motion_model(runtime::find_model_file("walk.motion.json"));
-  const synthesizer::Repertoire repertoire(model);
-  const synthesizer::StyleMotions& style = repertoire.style(std::max(0, repertoire.find("walk")));
-  const auto plain = walk_straight(repertoire, style);
+  std::vector<double> steps;
+  for (int c = 0; c < kCurves; ++c) steps.push_back(1.0 + kMost * c / (kCurves - 1));
+  const auto walks = walk_straight(model, "walk", steps);
+  const std::vector<SpeedSample>& plain = walks[0];
   double mean = 0.0;
   for (const SpeedSample& s : plain) mean += s.g_m_rad / static_cast<double>(plain.size());
   std::vector<Data> data;
   std::ostringstream curves;
   double most_rms = 0.0, most_mean = 0.0;
   for (int c = 0; c < kCurves; ++c) {
-    const double mu = kMost * c / (kCurves - 1);
-    const auto longer = walk_straight(repertoire, style, 1.0 + mu);
+    const double mu = steps[static_cast<std::size_t>(c)] - 1.0;
+    const std::vector<SpeedSample>& longer = walks[static_cast<std::size_t>(c)];
     double square = 0.0, sum = 0.0;
     Data curve{"g" + std::to_string(c), {}};
     for (std::size_t i = 0; i < longer.size(); ++i) {

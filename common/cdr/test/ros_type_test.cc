@@ -162,8 +162,11 @@ TEST(RosType, ReadsEmptyMessagesServiceEventsAndOldNames) {
       "module a { module msg { struct E { uint8 structure_needs_at_least_one_member; }; }; };");
   EXPECT_EQ(json(*idl, Bytes().put<std::uint8_t>(0).text()), "{}");
 
-  const auto event =
-      RosType::parse("ex/srv/Add_Event", "ros2msg", "int64 a\nint64 b\n---\nint64 sum\n");
+  // With and without the heading that later rosbag2 write.
+  const std::string heading = std::string(80, '=') + "\nSRV: ex/srv/Add\n";
+  const std::string service = "int64 a\nint64 b\n---\nint64 sum\n";
+  (void)RosType::parse("ex/srv/Add_Event", "ros2msg", service);
+  const auto event = RosType::parse("ex/srv/Add_Event", "ros2msg", heading + service);
   Bytes b;
   b.put<std::uint8_t>(1).put<std::int32_t>(5).put<std::uint32_t>(6);
   for (char i = 0; i < 16; ++i) b.put(i);
@@ -173,6 +176,8 @@ TEST(RosType, ReadsEmptyMessagesServiceEventsAndOldNames) {
             R"({"info":{"event_type":1,"stamp":{"sec":5,"nanosec":6},"client_gid":)"
             R"("AAECAwQFBgcICQoLDA0ODw==","sequence_number":"9"},)"
             R"("request":[{"a":"2","b":"3"}],"response":[]})");
+  EXPECT_EQ(json(*event, b.text().substr(0, 44) + "\2\0\0\0"s),
+            "field request: 2 elements, at most 1");
   EXPECT_EQ(
       json(*RosType::parse("test/Old", "ros2msg", "Header h\ntime t\nchar c"),
            Bytes()
@@ -214,6 +219,8 @@ TEST(RosType, RefusesDefinitionsByLine) {
             "line 1: 'union': expected module, struct, typedef, enum or const");
   EXPECT_EQ(mistake("a/msg/B", "ros2idl", "module a {\n struct B { long double x; }; };"),
             "line 2: 'double': expected no long double, which ROS does not have");
+  EXPECT_EQ(mistake("a/msg/B", "ros2idl", "@verbatim (a=\n\"x\ny\",\n b=1)\nunion"),
+            "line 5: 'union': expected module, struct, typedef, enum or const");
   EXPECT_EQ(mistake("a/msg/B", "ros2idl", "module a {\n struct B { long"),
             "line 2: the end: expected the name of a field");
 }

@@ -92,8 +92,8 @@ void ScenarioRun::add_group(const Group& group) {
                     .path = {.origin_W_m = {group.origin_x_m, group.origin_y_m},
                              .direction_rad = group.heading_rad},
                     .sway = gait.sway()});
-  const bool walls = !scenario_.walls.empty() || !scenario_.polygons.empty();
-  ways_.push_back(walls ? std::optional(ways_of(scenario_, group)) : std::nullopt);
+  const bool plans = plans_ways(scenario_, group);
+  ways_.push_back(plans ? std::optional(ways_of(scenario_, group)) : std::nullopt);
   gaits_.push_back(scenario_.gait_number(group.gait));
   omega_.push_back(gait.eigenfrequency_rad_s);
 }

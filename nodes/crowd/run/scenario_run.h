@@ -113,7 +113,7 @@ class ScenarioRun {
   std::vector<int> gaits_;     // gaits of the groups
   std::vector<double> omega_;  // their ω₀
   std::unordered_map<AgentId, Course> courses_;
-  std::vector<std::optional<Ways>> ways_;  // of the groups; empty: there are no walls
+  std::vector<std::optional<Ways>> ways_;  // of the groups that plan some
   std::uint64_t steps_ = 0;
   std::size_t next_change_ = 0;
   double beat_from_rad_ = 0.0, beat_from_s_ = 0.0;

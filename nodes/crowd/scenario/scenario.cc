@@ -385,13 +385,14 @@ class Checker {
           in_a_polygon(goals[i], path + ".goals.position_m", "the goal of " + agent))
         return;
     }
-    if (goals.empty() || !plans_ways(s_, group.rules)) return;
+    if (!plans_ways(s_, group)) return;
     constexpr std::size_t kMostWalls = 500;
     if (const std::size_t n = edges(s_.walls, s_.polygons).size(); n > kMostWalls) {
       add("walls", std::to_string(n) + " walls and sides of polygons: ways are planned around " +
                        std::to_string(kMostWalls) + " at most");
       return;
     }
+    if (goals.empty()) return;
     Ways ways = ways_of(s_, group);
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (ways.next(from[i].p_W_m, goals[i])) continue;
@@ -470,6 +471,13 @@ bool Scenario::grows(std::string_view wanted) const {
 bool plans_ways(const Scenario& scenario, const Rules& rules) {
   return (!scenario.walls.empty() || !scenario.polygons.empty()) && rules.heading.avoid &&
          rules.heading.kind == HeadingKind::goal;
+}
+
+bool plans_ways(const Scenario& scenario, const Group& group) {
+  return plans_ways(scenario, group.rules) ||
+         std::ranges::any_of(scenario.schedule, [&](const Change& change) {
+           return change.group == group.name && plans_ways(scenario, change.rules);
+         });
 }
 
 Ways ways_of(const Scenario& scenario, const Group& group) {

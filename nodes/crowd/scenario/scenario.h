@@ -200,11 +200,12 @@ std::vector<FormationPlace> places(const Group& group);
 /// First goal of each agent in W [m]; empty for Aim::none.
 std::vector<Eigen::Vector2d> first_goals(const Group& group, const std::vector<AgentStart>& from);
 
-/// The ways that walkers of this group plan around walls and polygons: those who avoid and have
-/// goals.
-Ways ways_of(const Scenario& scenario, const Group& group);
-/// Whether they do with these rules.
+/// Walkers with these rules plan ways: those who avoid and have goals, where there are walls.
 bool plans_ways(const Scenario& scenario, const Rules& rules);
+/// At some time.
+bool plans_ways(const Scenario& scenario, const Group& group);
+/// The ways of a group that plans some; O(walls³).
+Ways ways_of(const Scenario& scenario, const Group& group);
 
 /// Something a scenario must not be, where ("groups.0.rules.frequency.gain_rad_m_s") and why, in
 /// the terms of the theory.

@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
+#include "nodes/synthesizer/character/repertoire.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
 
 namespace mimesis::crowd {
@@ -44,10 +45,8 @@ MeasuredGait fitted(const std::vector<SpeedSample>& samples, int harmonics) {
   return m;
 }
 
-}  // namespace
-
-std::vector<SpeedSample> walk_straight(const synthesizer::Repertoire& repertoire,
-                                       const synthesizer::StyleMotions& style, double step) {
+std::vector<SpeedSample> walk(const synthesizer::Repertoire& repertoire,
+                              const synthesizer::StyleMotions& style, double step) {
   const double omega = repertoire.motion(style.straight).parameters.frequency_rad_s;
   const double dt = math::kTwoPi / (omega * kStepsPerCycle);
   synthesizer::CharacterBatch batch(repertoire.model(), 1,
@@ -73,19 +72,35 @@ std::vector<SpeedSample> walk_straight(const synthesizer::Repertoire& repertoire
   return samples;
 }
 
+const synthesizer::StyleMotions& found(const synthesizer::Repertoire& repertoire,
+                                       const std::string& style) {
+  const int number = repertoire.find(style);
+  if (number >= 0) return repertoire.style(number);
+  throw ConfigError("no style '" + style + "'; the model has: " + repertoire.known());
+}
+
+}  // namespace
+
+std::vector<std::vector<SpeedSample>> walk_straight(const motion::MotionModel& model,
+                                                    const std::string& style,
+                                                    const std::vector<double>& steps) {
+  const synthesizer::Repertoire repertoire(model);
+  std::vector<std::vector<SpeedSample>> all;
+  for (const double step : steps) all.push_back(walk(repertoire, found(repertoire, style), step));
+  return all;
+}
+
 std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model, const std::string& style,
                                         int harmonics) {
   const synthesizer::Repertoire repertoire(model);
-  if (!style.empty() && repertoire.find(style) < 0) {
-    throw ConfigError("no style '" + style + "'; the model has: " + repertoire.known());
-  }
+  if (!style.empty()) (void)found(repertoire, style);
   std::vector<MeasuredGait> all;
   for (const synthesizer::StyleMotions& motions : repertoire.styles()) {
     if (!style.empty() && motions.name != style) continue;
     const synthesizer::RepertoireMotion& motion = repertoire.motion(motions.straight);
     if (style.empty() && motion.step_length_m < kShortestStep_m) continue;
     try {
-      MeasuredGait measured = fitted(walk_straight(repertoire, motions), harmonics);
+      MeasuredGait measured = fitted(walk(repertoire, motions, 1.0), harmonics);
       measured.gait.name = motions.name;
       measured.gait.eigenfrequency_rad_s = motion.parameters.frequency_rad_s;
       all.push_back(measured);

@@ -4,7 +4,6 @@
 
 #include "common/motion/model/motion_model.h"
 #include "nodes/crowd/scenario/scenario.h"
-#include "nodes/synthesizer/character/repertoire.h"
 
 namespace mimesis::crowd {
 
@@ -13,12 +12,14 @@ struct SpeedSample {
   double turn;                ///< ψ̇/φ̇ [1]
 };
 
-/// The pelvis' way along its heading, and its turning, over four cycles of a style that walks
-/// straight on.
-/// @param step  length of steps, a share of the style's, >= 0; other than 1 needs a model with tied
-///              delays
-std::vector<SpeedSample> walk_straight(const synthesizer::Repertoire& repertoire,
-                                       const synthesizer::StyleMotions& style, double step = 1.0);
+/// The pelvis' way along its heading, and its turning, over four cycles of walks straight on.
+/// @param steps  lengths of steps, shares of the style's, >= 0; other than 1 needs a model with
+/// tied
+///               delays
+/// @throws ConfigError for an unknown style
+std::vector<std::vector<SpeedSample>> walk_straight(const motion::MotionModel& model,
+                                                    const std::string& style,
+                                                    const std::vector<double>& steps);
 
 /// The speed function g and the sway g^psi of one style of a motion model.
 struct MeasuredGait {

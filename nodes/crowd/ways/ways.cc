@@ -149,6 +149,8 @@ bool Ways::free(const Vector2d& a, const Vector2d& b, double clearance_m) const 
 }
 
 const Ways::Costs& Ways::costs_to(const Vector2d& goal) {
+  constexpr std::size_t kMostKnown = 8'000'000;  // costs, 64 MB; forgotten goals are found again
+  if ((known_.size() + 1) * bends_.size() > kMostKnown) known_.clear();
   const auto [found, is_new] = known_.try_emplace({goal.x(), goal.y()});
   Costs& costs = found->second;
   if (!is_new) return costs;

@@ -190,6 +190,30 @@ TEST(Certificate, BeatLeadsAllOfThem) {
 
 /// Where z − d is the way of the phase, places are taken when phases agree: the bound of rule I
 /// holds from the first moment.
+TEST(Certificate, AgentsFromOutsideMakeItSlowerByTheirAge) {
+  for (const double stiffness : {0.5, 1.0, 2.0}) {
+    for (const double age_s : {0.0, 0.02, 0.1, 0.3}) {
+      const double r = late_rate(stiffness, stiffness, age_s), x = stiffness * age_s;
+      const double off = 0.5 * x * x * (1.0 + x) * (1.0 + x);
+      const double adds = stiffness * (2.0 * off + x * (1.0 + off)) * std::exp(3.0 * age_s * r);
+      EXPECT_NEAR(r, adds < stiffness || r > 0.0 ? stiffness - adds : 0.0, 1e-9);
+    }
+  }
+  EXPECT_EQ(late_rate(1.0, 2.0, 0.5), 0.0);
+  GaitRange walk = gait();
+  walk.guests = 2;
+  walk.age_s = 0.3;
+  Rules rules;
+  rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.25};
+  rules.length = {.graph = {Topology::all_to_all}, .gain_1_m = 0.1};
+  const Certificate c = certify(rules, 6, walk);
+  EXPECT_GT(c.phase.guaranteed_1_s, 0.0);
+  EXPECT_LE(c.length.guaranteed_1_s, c.phase.guaranteed_1_s) << "II waits for III";
+  EXPECT_GT(c.length.remains, 0.0);
+  rules.frequency = {.graph = {Topology::all_to_all}, .gain_rad_m_s = 0.1};
+  EXPECT_FALSE(certify(rules, 6, walk).holds()) << "no bound of the loop with delays";
+}
+
 TEST(Certificate, DifferencesNeverGrowBeyondTheOvershoot) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     const int n = 2 + static_cast<int>(seed % 9);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 #include "nodes/crowd/run/scenario_run.h"
 #include "nodes/crowd/run/test/small_scenario.h"
@@ -80,6 +81,12 @@ TEST(WaysRun, NobodyStandsInAPolygonNorWantsTo) {
   s.polygons[0].corner_m = {5, 0, 6, 0, 6, 1};
   s.groups[0].goals.position_m = {9, 0};
   EXPECT_EQ(faults(s).at(0).path, "walls");
+  const Rules goals = std::exchange(s.groups[0].rules, {});
+  EXPECT_TRUE(faults(s).empty()) << "nobody plans ways";
+  s.schedule = {{.at_s = 5.0, .group = "people", .gait = "", .rules = goals}};
+  EXPECT_EQ(faults(s).at(0).path, "walls") << "later";
+  s.schedule.clear();
+  s.groups[0].rules = goals;
   s.polygons[0].corner_m = {5, 0, 6, 1};
   EXPECT_EQ(faults(s)[0].path, "polygons.0.corner_m");
 }

@@ -31,6 +31,13 @@ TEST(Ways, AroundAWallAreTangentsAndAnArc) {
   EXPECT_FALSE(ways.sees({-4.0, 0.0}, {4.0, 0.0}));
 }
 
+TEST(Ways, AreNotHeldUpByWallsThatTheyOnlyPointAt) {
+  const Wall wall{{0.0, 0.0}, {4.0, 4.0}};
+  Ways ways({&wall, 1}, {}, kClear_m);
+  EXPECT_TRUE(ways.sees({3.0, 0.0}, {3.0, 1.0}));
+  EXPECT_FALSE(ways.sees({3.0, 0.0}, {3.0, 5.0}));
+}
+
 TEST(Ways, GoAroundPolygonsAndNeverThroughThem) {
   const Polygon house{{-2, -1, 2, -1, 2, 1, -2, 1}};
   EXPECT_TRUE(inside(house, {0.0, 0.0}));
