@@ -10,6 +10,7 @@
 #include "common/runtime/log.h"
 #include "nodes/camera/random_scene.h"
 #include "nodes/camera/recorded_device.h"
+#include "nodes/camera/source/v4l2.h"
 
 namespace mimesis::camera {
 namespace {
@@ -38,7 +39,11 @@ std::unique_ptr<Source> open_camera(const CameraParams& p, runtime::Bus& bus) {
         "record_frames was true when the log was recorded");
   }
   const image::View& view = p.picture.view;
-  auto device = replaying ? nullptr : v4l2_device(p.path, view.width_px, view.height_px);
+  auto device = replaying ? nullptr
+                          : v4l2_device(p.path, {.format = p.format,
+                                                 .width = view.width_px,
+                                                 .height = view.height_px,
+                                                 .rate_hz = p.rate_hz});
   const Light light = p.light == "locked"     ? Light::locked
                       : p.light == "followed" ? Light::followed
                                               : Light::device;
@@ -67,6 +72,9 @@ void CameraParams::visit(runtime::ParamVisitor& v) {
   v("source", source, {"renderer", "robot", "v4l2", "video", "folder"});
   v.file("path", path, "device, film or folder of images", false);
   v("record_frames", record_frames);
+  v("format", format,
+    {"any", "YUYV", "UYVY", "YVYU", "NV12", "YU12", "GREY", "RGB3", "RGGB", "GRBG", "GBRG", "BA81",
+     "MJPG"});
   v("light", light, {"device", "followed", "locked"});
   v("packed", packed, {"none", "jpeg", "png"});
   v("repeat", repeat, 1, 1000000);
@@ -171,6 +179,7 @@ void CameraNode::step(runtime::Time now) { rendered() ? step_rendered(now) : ste
 
 void CameraNode::step_source(runtime::Time now) {
   const std::optional<Frame> frame = source_->next(now);
+  if (const std::string opened = source_->opened(); !opened.empty()) runtime::info("{}", opened);
   if (const std::string news = source_->news(); !news.empty()) runtime::warn("{}", news);
   if (frame) send(*frame->image, 0, frame->stamp);
 }

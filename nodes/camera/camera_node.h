@@ -24,11 +24,13 @@ struct CameraParams {
   double rate_hz = 30.0;            ///< rate of looking for frames [Hz]
   std::string source = "renderer";  ///< renderer (teacher), robot (rendered), v4l2, video, folder
   std::string path;                 ///< device, film or folder
-  bool record_frames = false;       ///< v4l2: keeps the device's frames, for replays
-  std::string light = "device";     ///< v4l2: exposure and white balance: device (as they are),
-                                    ///< followed (automatic) or locked (a second after opening)
-  std::string packed = "none";      ///< images are also told as: none, jpeg, png (lossless)
-  int repeat = 1;  ///< number of demonstrations, or of passes of a film or folder [1]
+  /// v4l2: layout of pixels; any: raw if the camera reaches rate_hz with it, else MJPG
+  std::string format = "any";
+  bool record_frames = false;    ///< v4l2: keeps the device's frames, for replays
+  std::string light = "device";  ///< v4l2: exposure and white balance: device (as they are),
+                                 ///< followed (automatic) or locked (a second after opening)
+  std::string packed = "none";   ///< images are also told as: none, jpeg, png (lossless)
+  int repeat = 1;                ///< number of demonstrations, or of passes of a film or folder [1]
   std::string teacher = "precision,above,high";  ///< renderer: grip,transport,goal
   std::string color = "light";                   ///< renderer: colour of the object
   std::string shown = "all";        ///< renderer: all, or grasp (the teacher stops after it)

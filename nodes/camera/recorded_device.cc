@@ -27,7 +27,7 @@ Taken decode(std::string_view bytes, RawFrame& frame) {
   log::Decoder in(bytes);
   const auto taken = static_cast<Taken>(in.integer<std::uint8_t>());
   if (taken == Taken::frame) {
-    frame.format = in.integer<std::uint8_t>() == 0 ? PixelFormat::yuyv : PixelFormat::mjpeg;
+    frame.format = static_cast<PixelFormat>(in.integer<std::uint8_t>());
     frame.width = static_cast<int>(in.integer<std::uint32_t>());
     frame.height = static_cast<int>(in.integer<std::uint32_t>());
     frame.row_bytes = static_cast<int>(in.integer<std::uint32_t>());
@@ -35,7 +35,7 @@ Taken decode(std::string_view bytes, RawFrame& frame) {
     const std::string_view pixels = in.rest();
     frame.bytes.assign(pixels.begin(), pixels.end());
   }
-  if (!in.ok() || taken > Taken::gone) {
+  if (!in.ok() || taken > Taken::gone || frame.format > kLastFormat) {
     throw std::runtime_error("recorded 'camera': " + std::to_string(bytes.size()) +
                              " bytes are no frame, see nodes/camera/recorded_device.h");
   }
@@ -47,12 +47,15 @@ class RecordedDevice final : public FrameDevice {
   RecordedDevice(std::unique_ptr<FrameDevice> device, runtime::Bus& graph)
       : device_(std::move(device)), graph_(graph) {}
 
-  tl::expected<void, Status> open() override {
+  tl::expected<std::string, Status> open() override {
     return outcome([this] { return device_->open(); });
   }
 
   tl::expected<void, Status> set_light(Light light) override {
-    return outcome([this, light] { return device_->set_light(light); });
+    const auto done = outcome(
+        [this, light] { return device_->set_light(light).map([] { return std::string(); }); });
+    if (!done) return tl::unexpected(done.error());
+    return {};
   }
 
   void close() override {
@@ -69,12 +72,12 @@ class RecordedDevice final : public FrameDevice {
 
  private:
   template <class Action>
-  tl::expected<void, Status> outcome(const Action& action) {
+  tl::expected<std::string, Status> outcome(const Action& action) {
     const std::string bytes = runtime::read_outside(graph_, kName, [&] {
-      const tl::expected<void, Status> done = action();
-      return done ? std::string(1, '\1') : '\0' + done.error().reason;
+      const tl::expected<std::string, Status> done = action();
+      return done ? '\1' + *done : '\0' + done.error().reason;
     });
-    if (bytes.starts_with('\1')) return {};
+    if (bytes.starts_with('\1')) return bytes.substr(1);
     return tl::unexpected(Status{bytes.empty() ? bytes : bytes.substr(1)});
   }
 

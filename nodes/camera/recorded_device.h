@@ -8,8 +8,8 @@ namespace mimesis::camera {
 
 /// A camera whose answers pass `graph.outside()` under the name "camera". Layout, little-endian;
 /// logs rely on it:
-///   open         u8 1 if it opened, else 0 and the reason
-///   set_light    the same
+///   open         u8 1 and what was chosen, or 0 and why it did not open
+///   set_light    u8 1, or 0 and the reason
 ///   take_newest  u8 what there is (Taken); of a frame also u8 format (PixelFormat), u32 width,
 ///                u32 height, u32 row bytes, u64 captured [ns], its bytes
 /// @param device not used in a replay, may be null then

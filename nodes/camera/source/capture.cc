@@ -1,18 +1,15 @@
 #include "nodes/camera/source/capture.h"
 
-#include <fcntl.h>
-#include <linux/videodev2.h>
-#include <sys/ioctl.h>
-#include <sys/mman.h>
-#include <unistd.h>
+#include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "common/image/image.h"
+#include "common/time.h"
 
 namespace mimesis::camera {
 namespace {
@@ -20,182 +17,52 @@ namespace {
 using std::chrono::milliseconds;
 constexpr milliseconds kSilence{450};  // reported within 0.5 s at 30 Hz
 constexpr milliseconds kRetry{500};
-constexpr milliseconds kSettled{1000};  // the automatics have found the light
-
-constexpr unsigned kBuffers = 4;
-
-class V4l2Device final : public FrameDevice {
- public:
-  V4l2Device(std::string path, int width, int height)
-      : path_(std::move(path)), width_(width), height_(height) {}
-  ~V4l2Device() override { release(); }
-
-  tl::expected<void, Status> open() override {
-    fd_ = ::open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (fd_ < 0) return fail("cannot be opened");
-    v4l2_capability capability{};
-    if (!control(VIDIOC_QUERYCAP, &capability)) return fail("is no camera");
-    const auto can = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
-                         ? capability.device_caps
-                         : capability.capabilities;
-    if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0 || (can & V4L2_CAP_STREAMING) == 0) {
-      release();
-      return tl::unexpected(Status{"is no streaming camera"});
-    }
-    if (!choose_format(V4L2_PIX_FMT_YUYV) && !choose_format(V4L2_PIX_FMT_MJPEG)) {
-      return fail("offers neither YUYV nor MJPEG");
-    }
-    if (!map_buffers()) return fail("gives no buffers");
-    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (!control(VIDIOC_STREAMON, &type)) return fail("does not start");
-    return {};
-  }
-
-  void close() override { release(); }
-
-  tl::expected<void, Status> set_light(Light light) override {
-    struct Automatic {
-      std::uint32_t id;
-      int on, off;
-      std::uint32_t value;
-      const char* name;
-    };
-    constexpr std::array<Automatic, 3> kAutomatics{
-        {{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_APERTURE_PRIORITY, V4L2_EXPOSURE_MANUAL,
-          V4L2_CID_EXPOSURE_ABSOLUTE, "exposure"},
-         {V4L2_CID_AUTOGAIN, 1, 0, V4L2_CID_GAIN, "gain"},
-         {V4L2_CID_AUTO_WHITE_BALANCE, 1, 0, V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance"}}};
-    const bool lock = light == Light::locked;
-    for (const Automatic& a : kAutomatics) {
-      v4l2_queryctrl known{};
-      known.id = a.id;
-      if (!control(VIDIOC_QUERYCTRL, &known)) continue;  // it has no such automatic
-      v4l2_control found{a.value, 0}, automatic{a.id, lock ? a.off : a.on};
-      const bool keeps = lock && control(VIDIOC_G_CTRL, &found);
-      if (control(VIDIOC_S_CTRL, &automatic) && (!keeps || control(VIDIOC_S_CTRL, &found)))
-        continue;
-      return tl::unexpected(Status{std::string(a.name) +
-                                   (lock ? " cannot be locked: " : " cannot be automatic: ") +
-                                   std::strerror(errno)});
-    }
-    return {};
-  }
-
-  Taken take_newest(RawFrame& out) override {
-    bool found = false;
-    for (;;) {
-      v4l2_buffer buffer{};
-      buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-      buffer.memory = V4L2_MEMORY_MMAP;
-      if (!control(VIDIOC_DQBUF, &buffer)) {
-        if (errno == EAGAIN) return found ? Taken::frame : Taken::none;
-        return Taken::gone;  // ENODEV when unplugged; any other error needs a reopening as well
-      }
-      const bool damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
-      if (!damaged && buffer.index < mapped_.size()) {
-        take(buffer, out);
-        found = true;
-      }
-      if (!control(VIDIOC_QBUF, &buffer)) return Taken::gone;
-    }
-  }
-
- private:
-  struct Mapping {
-    void* start;
-    std::size_t length;
-  };
-
-  template <class T>
-  bool control(unsigned long request, T* argument) {
-    int result = 0;
-    do {
-      result = ::ioctl(fd_, request, argument);
-    } while (result < 0 && errno == EINTR);
-    return result == 0;
-  }
-
-  tl::unexpected<Status> fail(const char* what) {
-    const std::string why = std::string(what) + ": " + std::strerror(errno);
-    release();
-    return tl::unexpected(Status{why});
-  }
-
-  bool choose_format(std::uint32_t fourcc) {
-    v4l2_format format{};
-    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    format.fmt.pix.width = static_cast<std::uint32_t>(width_);
-    format.fmt.pix.height = static_cast<std::uint32_t>(height_);
-    format.fmt.pix.pixelformat = fourcc;
-    format.fmt.pix.field = V4L2_FIELD_NONE;
-    if (!control(VIDIOC_S_FMT, &format) || format.fmt.pix.pixelformat != fourcc) return false;
-    format_ = format.fmt.pix;
-    return true;
-  }
-
-  bool map_buffers() {
-    v4l2_requestbuffers request{};
-    request.count = kBuffers;
-    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    request.memory = V4L2_MEMORY_MMAP;
-    if (!control(VIDIOC_REQBUFS, &request) || request.count < 2) return false;
-    for (std::uint32_t i = 0; i < request.count; ++i) {
-      v4l2_buffer buffer{};
-      buffer.index = i;
-      buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-      buffer.memory = V4L2_MEMORY_MMAP;
-      if (!control(VIDIOC_QUERYBUF, &buffer)) return false;
-      void* start =
-          ::mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, buffer.m.offset);
-      if (start == MAP_FAILED) return false;
-      mapped_.push_back({start, buffer.length});
-      if (!control(VIDIOC_QBUF, &buffer)) return false;
-    }
-    return true;
-  }
-
-  void take(const v4l2_buffer& buffer, RawFrame& out) {
-    const Mapping& m = mapped_[buffer.index];
-    const auto* data = static_cast<const std::uint8_t*>(m.start);
-    out.format = format_.pixelformat == V4L2_PIX_FMT_YUYV ? PixelFormat::yuyv : PixelFormat::mjpeg;
-    out.width = static_cast<int>(format_.width);
-    out.height = static_cast<int>(format_.height);
-    out.row_bytes = static_cast<int>(format_.bytesperline);
-    out.bytes.assign(data, data + std::min<std::size_t>(buffer.bytesused, m.length));
-    out.captured = std::chrono::seconds(buffer.timestamp.tv_sec) +
-                   std::chrono::microseconds(buffer.timestamp.tv_usec);
-  }
-
-  void release() {
-    for (const Mapping& m : mapped_) ::munmap(m.start, m.length);
-    mapped_.clear();
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = -1;
-  }
-
-  std::string path_;
-  int width_, height_;
-  int fd_ = -1;
-  v4l2_pix_format format_{};
-  std::vector<Mapping> mapped_;
-};
+constexpr milliseconds kSettled{1000};          // the automatics have found the light
+constexpr milliseconds kAhead{-5}, kOld{1000};  // ages that a frame may have when it is taken
+constexpr int kOddStamps = 3;                   // one after the other: it is the clock
 
 }  // namespace
 
 tl::expected<void, Status> decode(const RawFrame& raw, image::Image& out) {
   if (raw.format == PixelFormat::mjpeg) return image::decode_jpeg(raw.bytes, out);
-  const auto needed =
-      static_cast<std::size_t>(raw.row_bytes) * static_cast<std::size_t>(raw.height);
-  if (raw.width < 2 || raw.width % 2 != 0 || raw.height < 1 || raw.row_bytes < 2 * raw.width ||
+  struct Layout {
+    PixelFormat format;
+    int to_bgr;       ///< OpenCV's code
+    int row_bytes;    ///< bytes of a pixel in a row of the first plane
+    int half_planes;  ///< more rows, of planes of colour: in halves of the height
+    const char* name;
+  };
+  constexpr std::array kLayouts{Layout{PixelFormat::yuyv, cv::COLOR_YUV2BGR_YUY2, 2, 0, "YUYV"},
+                                Layout{PixelFormat::uyvy, cv::COLOR_YUV2BGR_UYVY, 2, 0, "UYVY"},
+                                Layout{PixelFormat::yvyu, cv::COLOR_YUV2BGR_YVYU, 2, 0, "YVYU"},
+                                Layout{PixelFormat::nv12, cv::COLOR_YUV2BGR_NV12, 1, 1, "NV12"},
+                                Layout{PixelFormat::yu12, cv::COLOR_YUV2BGR_I420, 1, 1, "YU12"},
+                                Layout{PixelFormat::grey, cv::COLOR_GRAY2BGR, 1, 0, "GREY"},
+                                Layout{PixelFormat::rgb3, cv::COLOR_RGB2BGR, 3, 0, "RGB3"},
+                                // OpenCV names a Bayer pattern by its second row
+                                Layout{PixelFormat::rggb, cv::COLOR_BayerBG2BGR, 1, 0, "RGGB"},
+                                Layout{PixelFormat::grbg, cv::COLOR_BayerGB2BGR, 1, 0, "GRBG"},
+                                Layout{PixelFormat::gbrg, cv::COLOR_BayerGR2BGR, 1, 0, "GBRG"},
+                                Layout{PixelFormat::bggr, cv::COLOR_BayerRG2BGR, 1, 0, "BA81"}};
+  const auto layout = std::ranges::find(kLayouts, raw.format, &Layout::format);
+  if (layout == kLayouts.end()) return tl::unexpected(Status{"a format that is not read"});
+  const int rows = raw.height + layout->half_planes * raw.height / 2;
+  const auto needed = static_cast<std::size_t>(raw.row_bytes) * static_cast<std::size_t>(rows);
+  // YU12's rows of colour are half as long: with gaps behind them, OpenCV would not find them
+  const bool odd = raw.width % 2 != 0 || (layout->half_planes > 0 && raw.height % 2 != 0) ||
+                   (raw.format == PixelFormat::yu12 && raw.row_bytes != raw.width);
+  if (raw.width < 2 || raw.height < 1 || odd || raw.row_bytes < layout->row_bytes * raw.width ||
       raw.bytes.size() < needed) {
-    return tl::unexpected(Status{std::to_string(raw.bytes.size()) + " bytes are no YUYV frame of " +
-                                 std::to_string(raw.width) + "x" + std::to_string(raw.height)});
+    return tl::unexpected(
+        Status{fmt::format("{} bytes in rows of {} are no {} frame of {}x{}", raw.bytes.size(),
+                           raw.row_bytes, layout->name, raw.width, raw.height)});
   }
   if (out.width != raw.width || out.height != raw.height) out = image::Image(raw.width, raw.height);
-  const cv::Mat yuyv(raw.height, raw.width, CV_8UC2, const_cast<std::uint8_t*>(raw.bytes.data()),
+  const cv::Mat from(rows, raw.width, CV_8UC(layout->row_bytes),
+                     const_cast<std::uint8_t*>(raw.bytes.data()),
                      static_cast<std::size_t>(raw.row_bytes));
   cv::Mat bgr(raw.height, raw.width, CV_8UC3, out.bgr.data());
-  cv::cvtColor(yuyv, bgr, cv::COLOR_YUV2BGR_YUY2);
+  cv::cvtColor(from, bgr, layout->to_bgr);
   return {};
 }
 
@@ -207,6 +74,7 @@ Capture::Capture(std::unique_ptr<FrameDevice> device, std::string name, Clock mo
       light_(light) {}
 
 std::string Capture::news() { return std::exchange(news_, {}); }
+std::string Capture::opened() { return std::exchange(mode_, {}); }
 
 void Capture::lose(std::chrono::nanoseconds at, const std::string& why) {
   device_->close();
@@ -229,6 +97,10 @@ void Capture::reopen(std::chrono::nanoseconds at) {
     return;
   }
   open_ = true;
+  if (!opened->empty()) mode_ = name_ + ": " + *opened;
+  odd_stamps_ = 0;
+  stamps_on_arrival_ = false;
+  last_captured_.reset();
   opened_ = last_frame_ = at;
   light_set_ = light_ != Light::locked;
   if (light_ != Light::device) set_light(Light::followed);
@@ -259,12 +131,30 @@ std::optional<Frame> Capture::next(std::chrono::nanoseconds now) {
     set_light(Light::locked);
     light_set_ = true;
   }
-  // The driver stamps on the monotonic clock; the frame's age is the same on the graph's.
-  return Frame{&image_, now - (monotonic_() - raw_.captured)};
+  // The driver should stamp on the monotonic clock; the frame's age is the same on the graph's.
+  const auto age = monotonic_() - raw_.captured;
+  if (!believes(age)) return std::nullopt;
+  return Frame{&image_, stamps_on_arrival_ ? now : now - age};
 }
 
-std::unique_ptr<FrameDevice> v4l2_device(const std::string& path, int width_px, int height_px) {
-  return std::make_unique<V4l2Device>(path, width_px, height_px);
+/// Whether the frame's stamp counts. One that is odd may be of a frame that waited for us; if all
+/// are, the driver's clock is another one, or it has none.
+bool Capture::believes(std::chrono::nanoseconds age) {
+  const bool stands_still = last_captured_ == raw_.captured;
+  last_captured_ = raw_.captured;
+  if (stamps_on_arrival_) return true;
+  if (age >= kAhead && age <= kOld && !stands_still) {
+    odd_stamps_ = 0;
+    return true;
+  }
+  if (++odd_stamps_ < kOddStamps) return false;
+  stamps_on_arrival_ = true;
+  news_ = fmt::format(
+      "{}: the driver's stamps {}: images are stamped when they arrive", name_,
+      stands_still ? std::string("stand still")
+                   : fmt::format("are {:.3g} s {} the monotonic clock", std::abs(to_seconds(age)),
+                                 age.count() < 0 ? "ahead of" : "behind"));
+  return true;
 }
 
 }  // namespace mimesis::camera

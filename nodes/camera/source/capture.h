@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 #include <tl/expected.hpp>
 #include <vector>
 
@@ -11,13 +13,15 @@
 
 namespace mimesis::camera {
 
-enum class PixelFormat { yuyv, mjpeg };
+/// Layouts of pixels, named as V4L2 does. Logs hold their numbers.
+enum class PixelFormat { yuyv, mjpeg, uyvy, yvyu, nv12, yu12, grey, rgb3, rggb, grbg, gbrg, bggr };
+inline constexpr PixelFormat kLastFormat = PixelFormat::bggr;
 
 /// A frame as a camera delivers it.
 struct RawFrame {
   PixelFormat format = PixelFormat::yuyv;
   int width = 0, height = 0;
-  int row_bytes = 0;  ///< bytes of a row, for yuyv
+  int row_bytes = 0;  ///< bytes of a row (of its first plane), but for mjpeg
   std::vector<std::uint8_t> bytes;
   std::chrono::nanoseconds captured{};  ///< on the monotonic clock, by the driver
 };
@@ -30,7 +34,8 @@ enum class Light { device, followed, locked };
 class FrameDevice {
  public:
   virtual ~FrameDevice() = default;
-  virtual tl::expected<void, Status> open() = 0;
+  /// What was chosen, for people: "1280x720 MJPG, 30 Hz"; may be empty.
+  virtual tl::expected<std::string, Status> open() = 0;
   virtual void close() = 0;
   /// Hands over the newest frame waiting in the driver and drops older ones; does not wait.
   virtual Taken take_newest(RawFrame& out) = 0;
@@ -44,6 +49,8 @@ tl::expected<void, Status> decode(const RawFrame& raw, image::Image& out);
 
 /// A live camera. One that is unplugged or silent for 0.5 s is reported, closed and reopened every
 /// 0.5 s. Light is locked when frames have come for a second: until then the automatics find it.
+/// Frames with stamps from the future, older than 1 s, or equal to the one before are left out;
+/// after three in a row they are stamped when they arrive, which is said.
 class Capture final : public Source {
  public:
   using Clock = std::function<std::chrono::nanoseconds()>;  ///< monotonic
@@ -52,8 +59,10 @@ class Capture final : public Source {
           Light light = Light::device);
   std::optional<Frame> next(std::chrono::nanoseconds now) override;
   std::string news() override;
+  std::string opened() override;
 
  private:
+  bool believes(std::chrono::nanoseconds age);
   void reopen(std::chrono::nanoseconds at);
   void lose(std::chrono::nanoseconds at, const std::string& why);
   void set_light(Light light);
@@ -62,14 +71,13 @@ class Capture final : public Source {
   std::string name_;
   Clock monotonic_;
   Light light_;
-  bool open_ = false, reported_ = false, light_set_ = false;
+  bool open_ = false, reported_ = false, light_set_ = false, stamps_on_arrival_ = false;
+  int odd_stamps_ = 0;
+  std::optional<std::chrono::nanoseconds> last_captured_;
   std::chrono::nanoseconds opened_{}, last_frame_{}, next_try_{};
   RawFrame raw_;
   image::Image image_;
-  std::string news_;
+  std::string news_, mode_;
 };
-
-/// Opens /dev/videoN with 4 mapped buffers, YUYV or else MJPEG, nearest to the wanted size.
-std::unique_ptr<FrameDevice> v4l2_device(const std::string& path, int width_px, int height_px);
 
 }  // namespace mimesis::camera

@@ -27,6 +27,8 @@ class Source {
   /// News since the last call, one line, empty if nothing: lost, back, at its end,
   /// unreadable.
   virtual std::string news() = 0;
+  /// What was opened since the last call, for people; empty if nothing.
+  virtual std::string opened() { return {}; }
 };
 
 /// Pictures one after the other: a film or a folder.

@@ -90,6 +90,51 @@ TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
   std::filesystem::remove(device);
   std::filesystem::remove(device + ".controls");
 }
+
+TEST(CameraProcess, OfSeveralModesOneIsChosenSaidAndListed) {
+  const std::string device = ::testing::TempDir() + "modes" + std::to_string(getpid());
+  std::ofstream(device).flush();
+  TestGraph graph;
+  TestNode peer(graph, {{"image", "camera/image"}}, {});
+  runtime::Queue<foxglove::RawImage, 8> image(peer.bus(), "image");
+  peer.open();
+  ::setenv("LD_PRELOAD", MIMESIS_FAKE_V4L2, 1);
+  ::setenv("MIMESIS_FAKE_CAMERA", device.c_str(), 1);
+  ::setenv("MIMESIS_FAKE_MODES", "YUYV 1280x720 9,GREY 640x480 30,H264 640x480 30", 1);
+  Process list("mimesis", {"camera", "list", device, "--json"});
+  Process people("mimesis", {"camera", "list", device});
+  Process grey(graph, kCamera, {"--set", "source=v4l2", "--set", "path=" + device});
+  Process refused(graph, kCamera,
+                  {"--name", "other", "--set", "source=v4l2", "--set", "path=" + device, "--set",
+                   "format=NV12"});
+  ::unsetenv("LD_PRELOAD");
+  ::unsetenv("MIMESIS_FAKE_MODES");
+  EXPECT_EQ(list.wait(30s), 0) << list.errors();
+  const std::string told = list.output();
+  EXPECT_NE(told.find(R"("card":"Fake camera")"), std::string::npos) << told;
+  EXPECT_NE(
+      told.find(
+          R"({"format":"YUYV","is_read":true,"width_px":1280,"height_px":720,"most_width_px":0,"most_height_px":0,"rate_hz":9.0})"),
+      std::string::npos)
+      << told;
+  EXPECT_NE(told.find(R"({"format":"H264","is_read":false)"), std::string::npos) << told;
+  EXPECT_NE(told.find(R"({"name":"Brightness","min":-64,"max":64)"), std::string::npos) << told;
+  EXPECT_EQ(people.wait(30s), 0);
+  EXPECT_NE(people.output().find("GREY    yes   640x480"), std::string::npos) << people.output();
+  const auto picture = peer.receive(image, 30s);
+  ASSERT_TRUE(picture) << grey.errors();
+  EXPECT_EQ(picture->width(), 640u);
+  EXPECT_EQ(picture->data()[0], picture->data()[2]);
+  const auto says = [&](const Process& camera, const char* words) {
+    return peer.until([&] { return camera.errors().find(words) != std::string::npos; }, 30s);
+  };
+  EXPECT_TRUE(says(grey, "640x480 GREY")) << grey.errors();
+  EXPECT_TRUE(says(refused, "offers YUYV, GREY, H264, expected NV12")) << refused.errors();
+  std::filesystem::remove(device);
+  Process absent("mimesis", {"camera", "list", device});
+  EXPECT_EQ(absent.wait(30s), 3);
+  EXPECT_NE(absent.errors().find("cannot be opened: No such file"), std::string::npos);
+}
 #endif
 
 }  // namespace

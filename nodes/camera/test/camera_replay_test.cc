@@ -18,9 +18,9 @@ using namespace std::chrono_literals;
 /// Absent at first, then frames, one of them damaged, then silence, then unplugged.
 class Scripted final : public FrameDevice {
  public:
-  tl::expected<void, Status> open() override {
+  tl::expected<std::string, Status> open() override {
     if (opened_++ == 0) return tl::unexpected(Status{"cannot be opened: No such device"});
-    return {};
+    return "4x2 YUYV";
   }
   void close() override {}
   tl::expected<void, Status> set_light(Light light) override {
@@ -37,7 +37,7 @@ class Scripted final : public FrameDevice {
            2,
            8,
            std::vector<std::uint8_t>(bytes, std::uint8_t(20 * k)),
-           std::chrono::milliseconds(90'000 + k)};
+           std::chrono::milliseconds(100'400 + k)};
     return Taken::frame;
   }
 
@@ -74,7 +74,8 @@ TEST(RecordedDevice, GivesFramesStampsAndNewsBack) {
   ASSERT_GE(seen.news.size(), 4u);
   EXPECT_EQ(seen.news[0], "/dev/video9: cannot be opened: No such device, trying to reopen");
   EXPECT_EQ(seen.news[1], "/dev/video9: frames again");
-  EXPECT_NE(seen.news[2].find("3 bytes are no YUYV frame"), std::string::npos) << seen.news[2];
+  EXPECT_NE(seen.news[2].find("3 bytes in rows of 8 are no YUYV frame"), std::string::npos)
+      << seen.news[2];
   EXPECT_EQ(seen.news[3], "/dev/video9: no frame for 0.45 s, trying to reopen");
 
   tape.rewind();
@@ -94,11 +95,13 @@ TEST(RecordedDevice, HasTheDocumentedBytes) {
   RawFrame frame;
   for (int k = 0; k < 6; ++k) device->take_newest(frame);
   EXPECT_EQ(tape.entries()[0].bytes, "\0cannot be opened: No such device"s);
-  EXPECT_EQ(tape.entries()[1].bytes, "\x01");
+  EXPECT_EQ(tape.entries()[1].bytes,
+            "\x01"
+            "4x2 YUYV"s);
   EXPECT_EQ(tape.entries()[7].bytes,
             "\0\0"                              // a frame, yuyv
             "\x04\0\0\0\x02\0\0\0\x08\0\0\0"    // 4 x 2, rows of 8 bytes
-            "\x40\x4f\xb7\xf4\x14\0\0\0ddd"s);  // 90.005 s
+            "\x40\xb7\x9a\x60\x17\0\0\0ddd"s);  // 100.405 s
   EXPECT_EQ(record_clock([] { return 258ns; }, graph)(), 258ns);
   EXPECT_EQ(tape.entries().back(),
             (testing::OutsideTape::Entry{"camera_clock", "\x02\x01\0\0\0\0\0\0"s, false}));

@@ -11,6 +11,7 @@
 #include "common/testing/refusal.h"
 #include "common/testing/temporary_folder.h"
 #include "nodes/camera/source/capture.h"
+#include "nodes/camera/source/v4l2.h"
 
 namespace mimesis::camera {
 namespace {
@@ -179,10 +180,10 @@ struct FakeCamera {
 class FakeDevice final : public FrameDevice {
  public:
   explicit FakeDevice(FakeCamera& camera) : camera_(camera) {}
-  tl::expected<void, Status> open() override {
+  tl::expected<std::string, Status> open() override {
     if (!camera_.present) return tl::unexpected(Status{"cannot be opened: No such device"});
     ++camera_.opened;
-    return {};
+    return "4x2 YUYV, 30 Hz";
   }
   void close() override { ++camera_.closed; }
   tl::expected<void, Status> set_light(Light light) override {
@@ -227,6 +228,8 @@ TEST_F(LiveCamera, GivesTheNewestFrameWithTheDriversStamp) {
   ASSERT_TRUE(newest);
   EXPECT_EQ(newest->stamp, 7s - 3ms);
   EXPECT_EQ(newest->image->width, 4);
+  EXPECT_EQ(capture_.opened(), "/dev/video9: 4x2 YUYV, 30 Hz");
+  EXPECT_EQ(capture_.opened(), "");
   EXPECT_FALSE(after(10ms));  // never the same twice
 }
 
@@ -289,6 +292,48 @@ TEST_F(LiveCamera, LocksTheLightWhenFramesHaveComeForASecondEachTimeItIsOpened) 
   EXPECT_EQ(capture_.news(), "/dev/video9: exposure cannot be locked: Input/output error");
 }
 
+/// Drivers stamp by the wall clock, by a host's, or not at all.
+TEST_F(LiveCamera, StampsOfAnotherClockAreReplacedByTheTimeOfArrival) {
+  const auto epoch = [](std::chrono::nanoseconds now) { return now + 1'700'000'000s; };
+  for (int k = 0; k < 2; ++k) {
+    camera_.frames = {frame(epoch(g_monotonic))};
+    EXPECT_FALSE(after(33ms));
+    EXPECT_EQ(capture_.news(), "");
+  }
+  camera_.frames = {frame(epoch(g_monotonic))};
+  const auto third = after(33ms);
+  ASSERT_TRUE(third);
+  EXPECT_EQ(third->stamp, graph_);
+  EXPECT_EQ(capture_.news(),
+            "/dev/video9: the driver's stamps are 1.7e+09 s ahead of the monotonic clock: images "
+            "are stamped when they arrive");
+  camera_.frames = {frame(epoch(g_monotonic))};
+  EXPECT_TRUE(after(33ms));
+  EXPECT_EQ(capture_.news(), "");
+}
+
+TEST_F(LiveCamera, StampsThatStandStillAreReplacedAndSaid) {
+  const auto once = g_monotonic;
+  int seen = 0;
+  for (int k = 0; k < 6; ++k) {
+    camera_.frames = {frame(once)};
+    if (after(10ms)) ++seen;
+  }
+  EXPECT_EQ(seen, 4);  // the first, and those after three equal ones
+  EXPECT_NE(capture_.news().find("stamps stand still"), std::string::npos);
+}
+
+/// A frame that lay in the driver while this process was held up is no new picture.
+TEST_F(LiveCamera, AnOldFrameIsLeftOutAndTheNextOneCounts) {
+  camera_.frames = {frame(g_monotonic - 3s)};
+  EXPECT_FALSE(after(0ms));
+  camera_.frames = {frame(g_monotonic)};
+  const auto next = after(33ms);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->stamp, graph_ - 33ms);
+  EXPECT_EQ(capture_.news(), "");
+}
+
 TEST_F(LiveCamera, LeavesOutTruncatedFrames) {
   RawFrame cut = frame(100s);
   cut.bytes.resize(9);
@@ -312,11 +357,107 @@ TEST(Decode, YuyvTakesTheRowsLengthAndJpegTheWholePicture) {
   EXPECT_FALSE(decode(raw, image));  // these bytes are no JPEG
 }
 
+/// A picture of 4 x 4 pixels, red above blue, in each layout.
+TEST(Decode, EveryLayoutGivesTheSamePicture) {
+  constexpr std::uint8_t kRedY = 81, kRedU = 90, kRedV = 240, kBlueY = 41, kBlueU = 240,
+                         kBlueV = 110;
+  const auto packed = [&](std::array<int, 4> at) {  // places of Y, U, Y, V in four bytes
+    std::vector<std::uint8_t> bytes;
+    for (int pair = 0; pair < 8; ++pair) {
+      const bool red = pair < 4;
+      std::array<std::uint8_t, 4> four{};
+      four[std::size_t(at[0])] = four[std::size_t(at[2])] = red ? kRedY : kBlueY;
+      four[std::size_t(at[1])] = red ? kRedU : kBlueU;
+      four[std::size_t(at[3])] = red ? kRedV : kBlueV;
+      bytes.insert(bytes.end(), four.begin(), four.end());
+    }
+    return bytes;
+  };
+  std::vector<std::uint8_t> nv12(8, kRedY), yu12;
+  nv12.insert(nv12.end(), 8, kBlueY);
+  yu12 = nv12;
+  nv12.insert(nv12.end(), {kRedU, kRedV, kRedU, kRedV, kBlueU, kBlueV, kBlueU, kBlueV});
+  yu12.insert(yu12.end(), {kRedU, kRedU, kBlueU, kBlueU, kRedV, kRedV, kBlueV, kBlueV});
+  std::vector<std::uint8_t> rgb;
+  for (int k = 0; k < 16; ++k) {
+    const bool red = k < 8;
+    rgb.insert(rgb.end(), {std::uint8_t(red ? 254 : 0), 0, std::uint8_t(red ? 0 : 254)});
+  }
+  struct Case {
+    PixelFormat format;
+    int row_bytes;
+    std::vector<std::uint8_t> bytes;
+  };
+  for (const Case& c :
+       {Case{PixelFormat::yuyv, 8, packed({0, 1, 2, 3})},
+        Case{PixelFormat::uyvy, 8, packed({1, 0, 3, 2})},
+        Case{PixelFormat::yvyu, 8, packed({0, 3, 2, 1})}, Case{PixelFormat::nv12, 4, nv12},
+        Case{PixelFormat::yu12, 4, yu12}, Case{PixelFormat::rgb3, 12, rgb}}) {
+    image::Image image;
+    ASSERT_TRUE(decode({c.format, 4, 4, c.row_bytes, c.bytes, {}}, image)) << int(c.format);
+    for (const int x : {0, 3}) {
+      EXPECT_NEAR(image.at(x, 0)[2], 254, 4) << int(c.format);
+      EXPECT_NEAR(image.at(x, 0)[0], 0, 4) << int(c.format);
+      EXPECT_NEAR(image.at(x, 3)[0], 254, 4) << int(c.format);
+      EXPECT_NEAR(image.at(x, 3)[2], 0, 4) << int(c.format);
+    }
+    std::vector<std::uint8_t> cut = c.bytes;
+    cut.pop_back();
+    EXPECT_FALSE(decode({c.format, 4, 4, c.row_bytes, cut, {}}, image)) << int(c.format);
+  }
+}
+
+/// Red alone behind the filters of a sensor: the pattern tells where red lies.
+TEST(Decode, BayerPatternsAreTakenByTheirFirstRow) {
+  struct Case {
+    PixelFormat format;
+    int red_x, red_y;
+  };
+  for (const Case& c : {Case{PixelFormat::rggb, 0, 0}, Case{PixelFormat::grbg, 1, 0},
+                        Case{PixelFormat::gbrg, 0, 1}, Case{PixelFormat::bggr, 1, 1}}) {
+    std::vector<std::uint8_t> bytes(64, 0);
+    for (int y = c.red_y; y < 8; y += 2) {
+      for (int x = c.red_x; x < 8; x += 2) bytes[std::size_t(8 * y + x)] = 200;
+    }
+    image::Image image;
+    ASSERT_TRUE(decode({c.format, 8, 8, 8, bytes, {}}, image));
+    EXPECT_NEAR(image.at(4, 4)[2], 200, 2) << int(c.format);
+    EXPECT_EQ(image.at(4, 4)[0], 0) << int(c.format);
+  }
+}
+
+// Modes of cameras that people reported.
+TEST(CameraModes, ARawFormatThatIsTooSlowGivesWayToMjpg) {  // lagadic/visp#931
+  const std::vector<CameraMode> modes{{"MJPG", 1280, 720, 0, 0, 60},
+                                      {"MJPG", 640, 480, 0, 0, 120},
+                                      {"YUYV", 1280, 720, 0, 0, 9},
+                                      {"YUYV", 640, 480, 0, 0, 30}};
+  EXPECT_EQ(choose_mode(modes, {.width = 1280, .height = 720}), &modes[0]);
+  EXPECT_EQ(choose_mode(modes, {.width = 640, .height = 480}), &modes[3]);
+  EXPECT_EQ(choose_mode(modes, {.format = "YUYV", .width = 1280, .height = 720}), &modes[2]);
+  EXPECT_EQ(choose_mode(modes, {.width = 1280, .height = 720, .rate_hz = 5}), &modes[2]);
+  EXPECT_EQ(choose_mode(modes, {.format = "NV12"}), nullptr);
+}
+
+TEST(CameraModes, CamerasThatOfferOneFormatAreTaken) {
+  for (const char* fourcc : {"YVYU",     // pikvm/ustreamer#252
+                             "NV12",     // ros-drivers/usb_cam#348
+                             "GRBG",     // ros-drivers/usb_cam#213
+                             "UYVY",     // saki4510t/UVCCamera#653
+                             "YU12"}) {  // ros-drivers/usb_cam#341: sizes from 32x32 up
+    const std::vector<CameraMode> modes{{"Y10", 640, 480, 0, 0, 30},
+                                        {fourcc, 32, 32, 3280, 2464, 0}};
+    EXPECT_EQ(choose_mode(modes, {}), &modes[1]) << fourcc;
+    EXPECT_TRUE(format_of(fourcc)) << fourcc;
+  }
+  EXPECT_FALSE(format_of("H264"));
+}
+
 TEST(V4l2Device, ThatDoesNotExistOrIsNoCameraIsRefusedWithTheReason) {
-  const auto absent = v4l2_device("/dev/mimesis-no-camera", 640, 480)->open();
+  const auto absent = v4l2_device("/dev/mimesis-no-camera", {})->open();
   ASSERT_FALSE(absent);
   EXPECT_NE(absent.error().reason.find("No such file"), std::string::npos);
-  const auto null = v4l2_device("/dev/null", 640, 480)->open();
+  const auto null = v4l2_device("/dev/null", {})->open();
   ASSERT_FALSE(null);
   EXPECT_NE(null.error().reason.find("is no camera"), std::string::npos);
 }

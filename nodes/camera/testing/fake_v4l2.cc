@@ -1,7 +1,8 @@
 // A camera for tests, preloaded into a program that opens the file named by MIMESIS_FAKE_CAMERA:
-// plugged in as long as the file is there, 30 frames a second in YUYV, each brighter than the last.
-// What its controls are set to is added to that file's name and `.controls`; all have the value
-// 123.
+// plugged in as long as the file is there, 30 frames a second, each brighter than the last. Its
+// modes are those of MIMESIS_FAKE_MODES, "YUYV 640x480 30, MJPG 640x480 60"; without it, it lists
+// none and takes YUYV. What its controls are set to is added to that file's name and `.controls`;
+// all have the value 123.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <linux/videodev2.h>
@@ -10,9 +11,13 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdarg>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -25,6 +30,75 @@ microseconds g_due{};
 std::string path_of_camera() {
   const char* path = std::getenv("MIMESIS_FAKE_CAMERA");
   return path == nullptr ? "" : path;
+}
+
+struct Mode {
+  std::string fourcc;
+  unsigned width = 0, height = 0, rate_hz = 0;
+};
+
+std::vector<Mode> modes() {
+  std::vector<Mode> all;
+  const char* text = std::getenv("MIMESIS_FAKE_MODES");
+  std::istringstream in(text == nullptr ? "" : text);
+  for (std::string one; std::getline(in, one, ',');) {
+    std::istringstream words(one);
+    Mode mode;
+    char by = 0;
+    words >> mode.fourcc >> mode.width >> by >> mode.height >> mode.rate_hz;
+    all.push_back(mode);
+  }
+  return all;
+}
+
+std::string text_of(std::uint32_t fourcc) {
+  return {char(fourcc), char(fourcc >> 8), char(fourcc >> 16), char(fourcc >> 24)};
+}
+
+/// Entry `index` of what is listed; EINVAL behind the last.
+template <class T, class Put>
+int entry(const std::vector<T>& list, unsigned index, const Put& put) {
+  if (index >= list.size()) {
+    errno = EINVAL;
+    return -1;
+  }
+  put(list[index]);
+  return 0;
+}
+
+int list_formats(v4l2_fmtdesc& out) {
+  std::vector<std::string> names;
+  for (const Mode& mode : modes()) {
+    if (names.empty() || names.back() != mode.fourcc) names.push_back(mode.fourcc);
+  }
+  return entry(names, out.index, [&](const std::string& f) {
+    out.pixelformat = v4l2_fourcc(std::uint32_t(f[0]), std::uint32_t(f[1]), std::uint32_t(f[2]),
+                                  std::uint32_t(f[3]));
+  });
+}
+
+int list_sizes(v4l2_frmsizeenum& out) {
+  std::vector<Mode> of;
+  for (const Mode& mode : modes()) {
+    if (mode.fourcc == text_of(out.pixel_format)) of.push_back(mode);
+  }
+  return entry(of, out.index, [&](const Mode& mode) {
+    out.type = V4L2_FRMSIZE_TYPE_DISCRETE;
+    out.discrete = {mode.width, mode.height};
+  });
+}
+
+int list_rates(v4l2_frmivalenum& out) {
+  std::vector<Mode> of;
+  for (const Mode& mode : modes()) {
+    if (mode.fourcc == text_of(out.pixel_format) && mode.width == out.width &&
+        mode.height == out.height)
+      of.push_back(mode);
+  }
+  return entry(of, out.index, [&](const Mode& mode) {
+    out.type = V4L2_FRMIVAL_TYPE_DISCRETE;
+    out.discrete = {1, mode.rate_hz};
+  });
 }
 
 int dequeue(v4l2_buffer& buffer) {
@@ -50,18 +124,35 @@ int answer(unsigned long request, void* argument) {
     return -1;
   }
   if (request == VIDIOC_QUERYCAP) {
-    static_cast<v4l2_capability*>(argument)->capabilities =
-        V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+    auto& capability = *static_cast<v4l2_capability*>(argument);
+    capability.capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+    std::strcpy(reinterpret_cast<char*>(capability.card), "Fake camera");
+    std::strcpy(reinterpret_cast<char*>(capability.driver), "fake");
   } else if (request == VIDIOC_S_FMT) {
     v4l2_pix_format& format = static_cast<v4l2_format*>(argument)->fmt.pix;
-    format.bytesperline = 2 * format.width;
+    if (modes().empty()) format.pixelformat = V4L2_PIX_FMT_YUYV;
+    format.bytesperline = (text_of(format.pixelformat) == "GREY" ? 1 : 2) * format.width;
     g_bytes = format.sizeimage = format.bytesperline * format.height;
+  } else if (request == VIDIOC_ENUM_FMT) {
+    return list_formats(*static_cast<v4l2_fmtdesc*>(argument));
+  } else if (request == VIDIOC_ENUM_FRAMESIZES) {
+    return list_sizes(*static_cast<v4l2_frmsizeenum*>(argument));
+  } else if (request == VIDIOC_ENUM_FRAMEINTERVALS) {
+    return list_rates(*static_cast<v4l2_frmivalenum*>(argument));
   } else if (request == VIDIOC_REQBUFS) {
     return ftruncate(g_camera, off_t{4} * g_bytes);
   } else if (request == VIDIOC_QUERYBUF) {
     auto& buffer = *static_cast<v4l2_buffer*>(argument);
     buffer.length = g_bytes;
     buffer.m.offset = buffer.index * g_bytes;
+  } else if (request == VIDIOC_QUERYCTRL &&
+             (static_cast<v4l2_queryctrl*>(argument)->id & V4L2_CTRL_FLAG_NEXT_CTRL) != 0) {
+    auto& query = *static_cast<v4l2_queryctrl*>(argument);
+    if (query.id != V4L2_CTRL_FLAG_NEXT_CTRL) {
+      errno = EINVAL;
+      return -1;
+    }
+    query = {V4L2_CID_BRIGHTNESS, V4L2_CTRL_TYPE_INTEGER, "Brightness", -64, 64, 1, 0, 0, {}};
   } else if (request == VIDIOC_QUERYCTRL) {
     const bool absent = static_cast<v4l2_queryctrl*>(argument)->id == V4L2_CID_AUTOGAIN;
     if (absent) errno = EINVAL;
