@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cctype>
+#include <string>
 
 #include "common/math/so3.h"
 
@@ -152,37 +154,86 @@ void set_arm(const GaitMarkerSet& m, std::size_t side, MarkerPose& out) {
 }
 
 using Eigen::Index;
-/// Index of a label, with or without "subject:" before; -1: absent.
-Index find_label(const Markers& markers, std::string_view name) {
-  for (std::size_t i = 0; i < markers.labels.size(); ++i) {
-    std::string_view label = markers.labels[i];
-    if (const auto colon = label.rfind(':'); colon != std::string_view::npos) {
-      label.remove_prefix(colon + 1);
-    }
-    if (label == name) return static_cast<Index>(i);
+/// What other sets call the markers of both sides, behind L or R, or (ASIS, PSIS) before it. CMU's
+/// waist has FWT and BWT.
+struct OtherNames {
+  std::string_view name;
+  std::array<std::string_view, 3> others;
+};
+constexpr std::array kOtherNames{OtherNames{"ASI", {"ASIS", "FWT"}},
+                                 OtherNames{"PSI", {"PSIS", "BWT"}},
+                                 OtherNames{"KNE", {"KNEE"}},
+                                 OtherNames{"ANK", {"ANKLE"}},
+                                 OtherNames{"HEE", {"HEEL"}},
+                                 OtherNames{"TOE", {"TOES", "MT2", "MET2"}},
+                                 OtherNames{"SHO", {"SHOULDER", "SHOULD"}},
+                                 OtherNames{"ELB", {"ELBOW"}}};
+constexpr std::array<std::string_view, 5> kSacrum = {"SACR", "SACRUM", "SACRAL", "VSAC", "VSACRAL"};
+
+/// A label without "subject:", in capitals, letters and digits alone; "Left" is L.
+std::string plain(std::string_view label) {
+  if (const auto colon = label.rfind(':'); colon != std::string_view::npos) {
+    label.remove_prefix(colon + 1);
   }
-  return -1;
+  std::string out;
+  for (const unsigned char c : label) {
+    if (std::isalnum(c) != 0) out += static_cast<char>(std::toupper(c));
+  }
+  if (out.starts_with("LEFT")) out.erase(1, 3);
+  if (out.starts_with("RIGHT")) out.erase(1, 4);
+  return out;
+}
+
+/// Whether a label is that of a marker of the set.
+bool names(std::string_view label, std::string_view marker) {
+  const std::string found = plain(label);
+  if (found == marker) return true;
+  const std::string_view side = marker.substr(0, 1);
+  const auto* other = std::ranges::find(kOtherNames, marker.substr(1), &OtherNames::name);
+  if (other == kOtherNames.end()) return false;
+  return std::ranges::any_of(other->others, [&](std::string_view name) {
+    if (name.empty()) return false;
+    const bool behind = name == "ASIS" || name == "PSIS";
+    return found == std::string(side) + std::string(name) ||
+           (behind && found == std::string(name) + std::string(side));
+  });
+}
+
+template <class IsIt>
+Index find_label(const Markers& markers, const IsIt& is_it) {
+  const auto found = std::ranges::find_if(markers.labels, is_it);
+  return found == markers.labels.end() ? -1 : found - markers.labels.begin();
+}
+
+Index find_sacrum(const Markers& markers) {
+  return find_label(markers, [](const std::string& label) {
+    return std::ranges::find(kSacrum, plain(label)) != kSacrum.end();
+  });
 }
 
 bool seen(const Markers& markers, Index marker) {
   return !markers.position_m.row(3 * marker).array().isNaN().all();
 }
 
-/// Index of every marker of the set. SACR stands for both PSIS where they are absent.
-std::array<Index, kGaitMarkers> find_set(const Markers& markers, bool legs_only) {
+/// Index of every marker of the set. The sacrum stands for both PSIS where they are absent.
+std::array<Index, kGaitMarkers> find_set(const Markers& markers, bool legs_only,
+                                         const MarkerLabels& given) {
   std::array<Index, kGaitMarkers> found;
   std::string absent;
   found.fill(-1);
   for (std::size_t i = 0; i < kGaitMarkers; ++i) {
     if (legs_only && !of_the_legs(i)) continue;
-    found[i] = find_label(markers, kGaitMarkerNames[i]);
-    if (found[i] < 0 && (i == kLPSI || i == kRPSI)) found[i] = find_label(markers, "SACR");
+    found[i] = find_label(markers, [&](const std::string& label) {
+      return given[i].empty() ? names(label, kGaitMarkerNames[i]) : label == given[i];
+    });
+    const bool of_sacrum = (i == kLPSI || i == kRPSI) && given[i].empty();
+    if (found[i] < 0 && of_sacrum) found[i] = find_sacrum(markers);
     if (found[i] < 0 || !seen(markers, found[i]))
       absent += (absent.empty() ? "" : ", ") + std::string(kGaitMarkerNames[i]);
   }
   if (!absent.empty()) {
     throw ConfigError(markers.name + ": markers absent or never seen: " + absent +
-                      "; expected the PluginGait set");
+                      "; expected the PluginGait set, or their labels in a map");
   }
   return found;
 }
@@ -216,7 +267,7 @@ std::vector<MarkerGroup> rigid_groups(const Markers& markers,
                                       const std::array<Index, kGaitMarkers>& set) {
   MarkerGroup pelvis = {set[kLASI], set[kRASI], set[kLPSI]};
   if (set[kRPSI] != set[kLPSI]) pelvis.push_back(set[kRPSI]);
-  const Index sacrum = find_label(markers, "SACR");
+  const Index sacrum = find_sacrum(markers);
   if (sacrum >= 0 && sacrum != set[kLPSI] && seen(markers, sacrum)) pelvis.push_back(sacrum);
   std::vector<MarkerGroup> groups = {pelvis};
   if (set[kC7] >= 0) {
@@ -227,8 +278,9 @@ std::vector<MarkerGroup> rigid_groups(const Markers& markers,
 }
 
 /// Poses of the longest run of frames that show the whole set, and the first of these frames.
-std::pair<std::vector<MarkerPose>, Index> find_poses(Markers markers, bool legs_only) {
-  const std::array<Index, kGaitMarkers> set = find_set(markers, legs_only);
+std::pair<std::vector<MarkerPose>, Index> find_poses(Markers markers, bool legs_only,
+                                                     const MarkerLabels& labels) {
+  const std::array<Index, kGaitMarkers> set = find_set(markers, legs_only, labels);
   const Matrix3d R_WF = upright(markers, set);
   fill_gaps(markers, rigid_groups(markers, set));
   auto at = [&](Index f) {
@@ -273,8 +325,18 @@ MarkerPose pose_from_markers(const GaitMarkerSet& m, bool legs_only) {
   return out;
 }
 
-BodyClip body_from_markers(const Markers& markers, bool legs_only) {
-  const auto [poses, first] = find_poses(markers, legs_only);
+MarkerLabels find_marker_labels(const Markers& markers) {
+  MarkerLabels found;
+  for (std::size_t i = 0; i < kGaitMarkers; ++i) {
+    const Index at = find_label(
+        markers, [&](const std::string& label) { return names(label, kGaitMarkerNames[i]); });
+    if (at >= 0) found[i] = markers.labels[static_cast<std::size_t>(at)];
+  }
+  return found;
+}
+
+BodyClip body_from_markers(const Markers& markers, bool legs_only, const MarkerLabels& labels) {
+  const auto [poses, first] = find_poses(markers, legs_only, labels);
   BodyClip clip;
   clip.name = clip.body.name = markers.name;
   clip.rate_hz = markers.rate_hz;

@@ -215,39 +215,12 @@ void settle_roots(Bvh& bvh) {
   }
 }
 
-// Joints that move a little within their parents have their mean offset.
-void settle_offsets(Bvh& bvh, double unit_m, double most_m, const std::string& file) {
-  constexpr double kStill_m = 1e-4;
-  for (std::size_t j = 1; j < bvh.position_row.size(); ++j) {
-    if (bvh.position_row[j] < 0) continue;
-    const auto rows = bvh.positions.middleRows<3>(bvh.position_row[j]);
-    const double way_m =
-        (rows.rowwise().maxCoeff() - rows.rowwise().minCoeff()).maxCoeff() * unit_m;
-    if (way_m <= kStill_m) continue;
-    Joint& joint = bvh.clip.skeleton.joints[j];
-    if (way_m > most_m) {
-      throw ConfigError(one_line(fmt::format(
-          "{}: joint '{}' moves by {:.3g} m within its parent, expected position channels that "
-          "change by less than {:.1f} mm but for the root's only child",
-          file, joint.name, way_m, 1e3 * most_m)));
-    }
-    joint.offset_m = rows.rowwise().mean();
+std::vector<Eigen::Matrix3Xd> positions_of(const Bvh& bvh) {
+  std::vector<Eigen::Matrix3Xd> positions(bvh.position_row.size());
+  for (std::size_t j = 1; j < positions.size(); ++j) {
+    if (bvh.position_row[j] >= 0) positions[j] = bvh.positions.middleRows<3>(bvh.position_row[j]);
   }
-}
-
-// The file's axis `up` becomes z.
-void turn_up(const Eigen::Vector3d& up, Clip& clip) {
-  if (up == Eigen::Vector3d::UnitZ()) return;
-  const Eigen::Matrix3d turn = math::rotation_onto(up, Eigen::Vector3d::UnitZ());
-  clip.root_position_W_m = turn * clip.root_position_W_m;
-  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
-    const Eigen::Matrix3d R_WR = turn * math::exp_so3(clip.rotation_rad.col(t).head<3>());
-    put_rotation(clip.rotation_rad, 0, t, Eigen::Quaterniond(R_WR));
-  }
-  int axis = 0;
-  up.cwiseAbs().maxCoeff(&axis);
-  clip.notes.push_back(
-      fmt::format("up is the file's {}{}", up[axis] < 0.0 ? '-' : '+', "zxy"[axis]));
+  return positions;
 }
 
 double usual_unit_m(const Skeleton& skeleton) {
@@ -268,19 +241,7 @@ Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions
   Clip& clip = bvh.clip;
   clip.name = base_name(file);
   clip.skeleton = std::move(bvh.skeleton);
-  if (options.map) check_body_map(clip, *options.map);
-  const auto found =
-      options.map ? tl::expected<BodyMap, Status>(*options.map) : find_body_map(clip);
-  const BodyMap* map = found ? &*found : nullptr;
-  const double unit_m = choose_unit_m(file, options, map, usual_unit_m(clip.skeleton), clip);
-  constexpr double kNoise_m = 2e-3, kNoiseShare = 2e-3;  // of the standing height
-  const double stature = map != nullptr ? unit_m * stature_m(clip.skeleton, *map) : 0.0;
-  settle_offsets(bvh, unit_m, std::max(kNoise_m, kNoiseShare * stature), file);
-  if (map != nullptr) turn_up(upward(clip, *map), clip);
-  for (Joint& joint : clip.skeleton.joints) joint.offset_m *= unit_m;
-  for (Joint& end : clip.skeleton.ends) end.offset_m *= unit_m;
-  clip.root_position_W_m *= unit_m;
-  check_lengths(file, clip);
+  settle_clip(file, options, usual_unit_m(clip.skeleton), positions_of(bvh), clip);
   return std::move(bvh.clip);
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -288,10 +289,23 @@ class C3dReader {
 
   double unit() const {
     const std::vector<std::string> units = parameters_.texts("POINT:UNITS");
-    if (units.empty() || units[0].empty() || same_word(units[0], "mm")) return 1e-3;
-    if (same_word(units[0], "cm")) return 1e-2;
-    if (same_word(units[0], "m")) return 1.0;
-    if (same_word(units[0], "in")) return 0.0254;
+    if (units.empty() || units[0].empty()) return 1e-3;
+    struct Unit {
+      std::string_view name;
+      std::array<std::string_view, 2> words;
+      double length_m;
+    };
+    static constexpr std::array<Unit, 4> kUnits{{{"mm", {"millimeters", "millimetres"}, 1e-3},
+                                                 {"cm", {"centimeters", "centimetres"}, 1e-2},
+                                                 {"m", {"meters", "metres"}, 1.0},
+                                                 {"in", {"inches", "inches"}, 0.0254}}};
+    for (const Unit& unit : kUnits) {
+      const bool spelt = std::ranges::any_of(unit.words, [&](std::string_view word) {
+        // files have room for four letters: "mete"
+        return units[0].size() >= 4 && same_word(word.substr(0, units[0].size()), units[0]);
+      });
+      if (spelt || same_word(units[0], unit.name)) return unit.length_m;
+    }
     words_.fail("POINT:UNITS is '" + units[0] + "', expected mm, cm, m or in");
   }
 

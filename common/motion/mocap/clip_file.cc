@@ -22,6 +22,88 @@ std::string shown(std::string_view word) {
   return std::string(word.substr(0, 40)) + (word.size() > 40 ? "..." : "");
 }
 
+/// Length of the unit by the figure's standing height, see ReadOptions::unit_m. `map` null: no
+/// figure; then what was given or is usual.
+double choose_unit_m(const std::string& file, const ReadOptions& options, const BodyMap* map,
+                     double usual_m, Clip& clip) {
+  struct Unit {
+    double length_m;
+    const char* name;
+  };
+  static constexpr std::array<Unit, 5> kUnits = {{{1.0, "m"},
+                                                  {0.01, "cm"},
+                                                  {0.001, "mm"},
+                                                  {0.0254, "inch"},
+                                                  {kCmuUnit_m, "CMU's 2.54/0.45 cm"}}};
+  if (map == nullptr) return options.unit_m > 0.0 ? options.unit_m : usual_m;
+  const double height = stature_m(clip.skeleton, *map);
+  const auto within = [&](double unit_m, double least_m, double most_m) {
+    return height * unit_m >= least_m && height * unit_m <= most_m;
+  };
+  const auto fits = [&](double unit_m) { return within(unit_m, kLeastHeight_m, kMostHeight_m); };
+  const std::string range = " m tall, expected 0.5 to 2.5 m";
+  if (options.unit_m > 0.0) {
+    if (fits(options.unit_m)) return options.unit_m;
+    throw ConfigError(one_line(fmt::format("{}: with --unit-m {} the figure is {:.3g}{}", file,
+                                           options.unit_m, height * options.unit_m, range)));
+  }
+  if (usual_m == kCmuUnit_m && fits(usual_m)) return usual_m;
+  std::vector<Unit> usual_people, fitting;
+  std::string statures;
+  for (const Unit& unit : kUnits) {
+    if (within(unit.length_m, 1.0, 2.2)) usual_people.push_back(unit);
+    if (fits(unit.length_m)) fitting.push_back(unit);
+    statures += fmt::format("{}{:.3g} m in {}", statures.empty() ? "" : ", ",
+                            height * unit.length_m, unit.name);
+  }
+  const std::vector<Unit>& best = usual_people.empty() && !fits(usual_m) ? fitting : usual_people;
+  if (best.empty() && fits(usual_m)) return usual_m;
+  if (best.size() != 1) {
+    throw ConfigError(one_line(file + ": the figure's standing height is " + statures +
+                               ", expected 0.5 to 2.5 m in one of them; --unit-m gives the unit"));
+  }
+  if (best[0].length_m != usual_m) {
+    clip.notes.push_back(fmt::format("lengths are in {}: the figure is then {:.2f} m tall",
+                                     best[0].name, height * best[0].length_m));
+  }
+  return best[0].length_m;
+}
+
+// Joints that move a little within their parents have their mean offset.
+void settle_offsets(const std::string& file, const std::vector<Eigen::Matrix3Xd>& positions,
+                    double unit_m, double most_m, Clip& clip) {
+  constexpr double kStill_m = 1e-4;
+  for (std::size_t j = 1; j < positions.size(); ++j) {
+    if (positions[j].cols() == 0) continue;
+    const double way_m =
+        (positions[j].rowwise().maxCoeff() - positions[j].rowwise().minCoeff()).maxCoeff() * unit_m;
+    if (way_m <= kStill_m) continue;
+    Joint& joint = clip.skeleton.joints[j];
+    if (way_m > most_m) {
+      throw ConfigError(one_line(fmt::format(
+          "{}: joint '{}' moves by {:.3g} m within its parent, expected position channels that "
+          "change by less than {:.1f} mm but for the root's only child",
+          file, joint.name, way_m, 1e3 * most_m)));
+    }
+    joint.offset_m = positions[j].rowwise().mean();
+  }
+}
+
+// The file's axis `up` becomes z.
+void turn_up(const Eigen::Vector3d& up, Clip& clip) {
+  if (up == Eigen::Vector3d::UnitZ()) return;
+  const Eigen::Matrix3d turn = math::rotation_onto(up, Eigen::Vector3d::UnitZ());
+  clip.root_position_W_m = turn * clip.root_position_W_m;
+  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+    const Eigen::Matrix3d R_WR = turn * math::exp_so3(clip.rotation_rad.col(t).head<3>());
+    put_rotation(clip.rotation_rad, 0, t, Eigen::Quaterniond(R_WR));
+  }
+  int axis = 0;
+  up.cwiseAbs().maxCoeff(&axis);
+  clip.notes.push_back(
+      fmt::format("up is the file's {}{}", up[axis] < 0.0 ? '-' : '+', "zxy"[axis]));
+}
+
 }  // namespace
 
 bool same_word(std::string_view a, std::string_view b) {
@@ -223,49 +305,28 @@ void check_options(const ReadOptions& options) {
   }
 }
 
-double choose_unit_m(const std::string& file, const ReadOptions& options, const BodyMap* map,
-                     double usual_m, Clip& clip) {
-  struct Unit {
-    double length_m;
-    const char* name;
-  };
-  static constexpr std::array<Unit, 5> kUnits = {{{1.0, "m"},
-                                                  {0.01, "cm"},
-                                                  {0.001, "mm"},
-                                                  {0.0254, "inch"},
-                                                  {kCmuUnit_m, "CMU's 2.54/0.45 cm"}}};
-  if (map == nullptr) return options.unit_m > 0.0 ? options.unit_m : usual_m;
-  const double height = stature_m(clip.skeleton, *map);
-  const auto within = [&](double unit_m, double least_m, double most_m) {
-    return height * unit_m >= least_m && height * unit_m <= most_m;
-  };
-  const auto fits = [&](double unit_m) { return within(unit_m, kLeastHeight_m, kMostHeight_m); };
-  const std::string range = " m tall, expected 0.5 to 2.5 m";
-  if (options.unit_m > 0.0) {
-    if (fits(options.unit_m)) return options.unit_m;
-    throw ConfigError(one_line(fmt::format("{}: with --unit-m {} the figure is {:.3g}{}", file,
-                                           options.unit_m, height * options.unit_m, range)));
-  }
-  if (usual_m == kCmuUnit_m && fits(usual_m)) return usual_m;
-  std::vector<Unit> usual_people, fitting;
-  std::string statures;
-  for (const Unit& unit : kUnits) {
-    if (within(unit.length_m, 1.0, 2.2)) usual_people.push_back(unit);
-    if (fits(unit.length_m)) fitting.push_back(unit);
-    statures += fmt::format("{}{:.3g} m in {}", statures.empty() ? "" : ", ",
-                            height * unit.length_m, unit.name);
-  }
-  const std::vector<Unit>& best = usual_people.empty() && !fits(usual_m) ? fitting : usual_people;
-  if (best.empty() && fits(usual_m)) return usual_m;
-  if (best.size() != 1) {
-    throw ConfigError(one_line(file + ": the figure's standing height is " + statures +
-                               ", expected 0.5 to 2.5 m in one of them; --unit-m gives the unit"));
-  }
-  if (best[0].length_m != usual_m) {
-    clip.notes.push_back(fmt::format("lengths are in {}: the figure is then {:.2f} m tall",
-                                     best[0].name, height * best[0].length_m));
-  }
-  return best[0].length_m;
+void settle_clip(const std::string& file, const ReadOptions& options, double usual_unit_m,
+                 const std::vector<Eigen::Matrix3Xd>& positions, Clip& clip) {
+  if (options.map) check_body_map(clip, *options.map);
+  const auto found =
+      options.map ? tl::expected<BodyMap, Status>(*options.map) : find_body_map(clip);
+  const BodyMap* map = found ? &*found : nullptr;
+  const double unit_m = choose_unit_m(file, options, map, usual_unit_m, clip);
+  constexpr double kNoise_m = 2e-3, kNoiseShare = 2e-3;  // of the standing height
+  const double stature = map != nullptr ? unit_m * stature_m(clip.skeleton, *map) : 0.0;
+  settle_offsets(file, positions, unit_m, std::max(kNoise_m, kNoiseShare * stature), clip);
+  if (map != nullptr) turn_up(upward(clip, *map), clip);
+  for (Joint& joint : clip.skeleton.joints) joint.offset_m *= unit_m;
+  for (Joint& end : clip.skeleton.ends) end.offset_m *= unit_m;
+  clip.root_position_W_m *= unit_m;
+  check_lengths(file, clip);
+}
+
+std::pair<std::string, std::string> split_take(const std::string& file) {
+  const std::size_t at = file.rfind('#');
+  std::error_code error;
+  if (at == std::string::npos || std::filesystem::exists(file, error)) return {file, ""};
+  return {file.substr(0, at), file.substr(at + 1)};
 }
 
 Clip read_clip(const std::string& file, const ReadOptions& options) {
@@ -286,7 +347,13 @@ Clip read_clip(const std::string& file, const ReadOptions& options) {
     }
     return clip;
   }
-  throw ConfigError(file + ": ending '" + ending + "', expected .bvh or .amc");
+  const auto [scene, take] = split_take(file);
+  const std::string kind = std::filesystem::path(scene).extension().string();
+  for (const char* known : {".glb", ".gltf", ".fbx", ".dae"}) {
+    if (same_word(kind, known)) return read_scene(scene, take, options);
+  }
+  throw ConfigError(file + ": ending '" + ending +
+                    "', expected .bvh, .amc, .glb, .gltf, .fbx or .dae");
 }
 
 }  // namespace mimesis::mocap

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/motion/mocap/body.h"
@@ -20,7 +21,9 @@ struct ReadOptions {
   std::optional<BodyMap> map{};  ///< joints of the figure; none: find_body_map()
 };
 
-/// Reads a .bvh or .amc file, by its ending. @throws ConfigError "file:line: what, expected ..."
+/// Reads a .bvh, .amc, .glb, .gltf, .fbx or .dae file, by its ending; the last four as
+/// read_scene(), "walks.glb#Walk" one of their animations. @throws ConfigError "file:line: what,
+/// expected ..."
 Clip read_clip(const std::string& file, const ReadOptions& options = {});
 
 /// Reads the text of a BVH file. Any order of channels, per joint; a position channel stands in
@@ -73,6 +76,18 @@ AcclaimSkeleton parse_asf(std::string_view text, const std::string& file,
 /// @throws ConfigError "file:line: ..."
 Clip parse_amc(std::string_view text, const std::string& file, const AcclaimSkeleton& asf,
                const ReadOptions& options = {});
+
+/// "walks.glb#Walk": file and animation; a file that is there by the whole name has none.
+std::pair<std::string, std::string> split_take(const std::string& file);
+
+/// Reads an animation of a scene: glTF, FBX, Collada, as assimp reads them. The root is the joint
+/// from which limbs branch; nodes above it count in its motion. The zero posture is that of the
+/// nodes without animation. The rate is that of the densest track, 30 to 1000 Hz; between keys it
+/// is interpolated.
+/// @param take  name of the animation; empty: the only one
+/// @throws ConfigError "file: ...": damaged, no skeleton, no animation, or several to choose from;
+/// as parse_bvh() for lengths
+Clip read_scene(const std::string& file, const std::string& take, const ReadOptions& options = {});
 
 /// The skeleton's file of an AMC: "35_01.amc" -> "35_01.asf" or "35.asf" in the same folder.
 /// @throws ConfigError if there is none

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/math/so3.h"
 #include "common/motion/mocap/clip_file.h"
@@ -120,11 +121,13 @@ void check_clip_size(const std::string& file, std::size_t file_bytes, std::size_
 /// @throws ConfigError
 void check_lengths(const std::string& file, const Clip& clip);
 
-/// Length of the unit of a clip whose lengths are in it, by the figure's standing height, see
-/// ReadOptions::unit_m. `map` null: no figure; then what was given or is usual. Adds to the notes.
-/// @throws ConfigError if no unit, or not the one given, makes it 0.5 to 2.5 m
-double choose_unit_m(const std::string& file, const ReadOptions& options, const BodyMap* map,
-                     double usual_m, Clip& clip);
+/// Ends the reading of a clip whose lengths are in the file's unit, y up: the figure's map tells
+/// unit and axis that is up; joints that move a little within their parents get their mean offset.
+/// @param usual_unit_m  see ReadOptions::unit_m
+/// @param positions  by joint, within the parent in each frame; empty: it keeps still
+/// @throws ConfigError as parse_bvh() for lengths, and check_body_map()
+void settle_clip(const std::string& file, const ReadOptions& options, double usual_unit_m,
+                 const std::vector<Eigen::Matrix3Xd>& positions, Clip& clip);
 
 /// @throws ConfigError
 void check_options(const ReadOptions& options);

@@ -218,7 +218,7 @@ struct Options {
   TrialFileOptions trials;
   demix::SisaOptions sisa;
   int fixed = 0, smooth = 0;
-  bool average = false, whole_clips = false, json = false, held_out = true, print_map = false;
+  bool average = false, whole_clips = false, json = false, held_out = true;
   std::string out, name, map;
 };
 
@@ -306,21 +306,9 @@ motion::MotionModel save(const Options& o, const TrialFiles& files, const demix:
   return model;
 }
 
-/// The map of each file's joints, as --map takes it.
-int print_maps(const Options& o) {
-  for (const std::string& file : o.files) {
-    const auto map = mocap::find_body_map(mocap::read_clip(file, o.trials.read));
-    if (!map) throw ConfigError(map.error().reason);
-    std::cout << "# " << mocap::one_line(file) << '\n' << body_map_text(*map);
-  }
-  return 0;
-}
-
 int run(Options& o) {
   const auto started = std::chrono::steady_clock::now();
-  if (o.print_map) return print_maps(o);
-  if (o.out.empty()) throw ConfigError("--out is missing, expected the model's file");
-  if (!o.map.empty()) o.trials.read.map = read_body_map(o.map);
+  if (!o.map.empty()) read_map(o.map, o.trials.read, o.trials.markers);
   read_styles(o);
   check(o);
   if (o.whole_clips) o.trials.cut.cut = mocap::CycleOptions::Cut::whole_clip;
@@ -416,10 +404,11 @@ void add_reading_options(CLI::App& verb, Options& o) {
   verb.add_option("--unit-m", o.trials.read.unit_m,
                   "Length of the files' unit; 0: by the figure's height")
       ->check(number_not_below_zero);
-  verb.add_option("--map", o.map, "Joints of the figure in BVH and AMC files; otherwise found")
+  verb.add_option(
+          "--map", o.map,
+          "Joints or markers of the figure, as `mimesis motion map` prints them; otherwise found")
       ->type_name("YAML");
-  verb.add_flag("--print-map", o.print_map, "Print the map of joints that is found, and end");
-  verb.add_flag("--markers-legs-only", o.trials.markers_legs_only,
+  verb.add_flag("--markers-legs-only", o.trials.markers.legs_only,
                 "C3D: markers of pelvis and legs are enough, the rest stands stiff");
   verb.add_option("--style", o.styles, "Name of a file's style; otherwise from its name")
       ->type_name("FILE=NAME");
@@ -444,9 +433,11 @@ void add_demix(CLI::App& program, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* verb =
       program.add_subcommand("demix", "Learns motion primitives: sources, weights and delays");
-  verb->add_option("FILE...", o->files, "Clips (.bvh, .amc, .c3d) and sets of trials (.csv)")
+  verb->add_option("FILE...", o->files,
+                   "Clips (.bvh .amc .c3d .fbx .glb .gltf .dae, of several animations "
+                   "FILE#NAME) and sets of trials (.csv)")
       ->required();
-  verb->add_option("-o,--out", o->out, "Model: NAME.motion.json; needed but for --print-map");
+  verb->add_option("-o,--out", o->out, "Model: NAME.motion.json")->required();
   add_learning_options(*verb, *o);
   add_reading_options(*verb, *o);
   add_robot_options(*verb, *o);
@@ -460,7 +451,7 @@ void add_demix(CLI::App& program, int& exit_code) {
       "Exit codes: 0 done, 2 usage, or a file that cannot be used.\nExamples:\n"
       "  mimesis demix walks/*.bvh --sources 4 --out walk.motion.json\n"
       "  mimesis demix *.amc --tied --average --style 16_15.amc=slow -k 5 -o gaits.motion.json\n"
-      "  mimesis demix walk.bvh --print-map >map.yaml; mimesis demix walk.bvh --map map.yaml ...\n"
+      "  mimesis motion map walk.bvh >map.yaml; mimesis demix walk.bvh --map map.yaml ...\n"
       "  mimesis demix *.bvh --robot models/biped.yaml --tied --average -k 6 -o b.motion.json");
   verb->callback([o, &exit_code] { exit_code = run(*o); });
 }

@@ -48,23 +48,6 @@ bool ends_with(const std::string& name, const std::string& ending) {
   return std::ranges::equal(name.substr(from), ending, {}, [](char c) { return std::tolower(c); });
 }
 
-/// The clip of a file; of markers that are no person, why.
-tl::expected<mocap::BodyClip, Status> read_body(const std::string& file,
-                                                const TrialFileOptions& options,
-                                                std::vector<std::string>& notes) {
-  if (!ends_with(file, ".c3d")) {
-    const mocap::Clip clip = mocap::read_clip(file, options.read);
-    for (const std::string& note : clip.notes) notes.push_back(file + ": " + note);
-    return options.read.map ? mocap::to_body(clip, *options.read.map) : mocap::to_body(clip);
-  }
-  const mocap::Markers markers = mocap::read_c3d(file);
-  try {
-    return mocap::body_from_markers(markers, options.markers_legs_only);
-  } catch (const ConfigError& e) {
-    return tl::unexpected(Status{e.what()});
-  }
-}
-
 void visit(runtime::ParamVisitor& v, mocap::BodyMap& map) {
   v.group("joints", [&](runtime::ParamVisitor& joints) {
     for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) {
@@ -79,6 +62,14 @@ void visit(runtime::ParamVisitor& v, mocap::BodyMap& map) {
     }
   });
   v("sole_rad", map.sole_rad, -1.6, 0.3);
+}
+
+void visit(runtime::ParamVisitor& v, mocap::MarkerLabels& labels) {
+  v.group("markers", [&](runtime::ParamVisitor& markers) {
+    for (std::size_t i = 0; i < mocap::kGaitMarkers; ++i) {
+      markers(mocap::kGaitMarkerNames[i], labels[i]);
+    }
+  });
 }
 
 /// @throws ConfigError if the set of `file` has other rows than the first one
@@ -156,17 +147,44 @@ class Robot {
 
 }  // namespace
 
-std::string body_map_text(mocap::BodyMap map) {
-  return runtime::dump_params([&map](runtime::ParamVisitor& v) { visit(v, map); });
+tl::expected<mocap::BodyClip, Status> read_figure(const std::string& file,
+                                                  const mocap::ReadOptions& options,
+                                                  const MarkerReading& how,
+                                                  std::vector<std::string>& notes) {
+  if (!ends_with(file, ".c3d")) {
+    const mocap::Clip clip = mocap::read_clip(file, options);
+    for (const std::string& note : clip.notes) notes.push_back(file + ": " + note);
+    return options.map ? mocap::to_body(clip, *options.map) : mocap::to_body(clip);
+  }
+  const mocap::Markers markers = mocap::read_c3d(file);
+  try {
+    return mocap::body_from_markers(markers, how.legs_only, how.labels);
+  } catch (const ConfigError& e) {
+    return tl::unexpected(Status{e.what()});
+  }
 }
 
-mocap::BodyMap read_body_map(const std::string& file) {
+std::string map_text(const std::string& file, const mocap::ReadOptions& options) {
+  if (ends_with(file, ".c3d")) {
+    mocap::MarkerLabels labels = mocap::find_marker_labels(mocap::read_c3d(file));
+    return runtime::dump_params([&labels](runtime::ParamVisitor& v) { visit(v, labels); });
+  }
+  auto map = mocap::find_body_map(mocap::read_clip(file, options));
+  if (!map) throw ConfigError(map.error().reason);
+  return runtime::dump_params([&map](runtime::ParamVisitor& v) { visit(v, *map); });
+}
+
+void read_map(const std::string& file, mocap::ReadOptions& joints, MarkerReading& markers) {
+  const runtime::ParamSource source(file, {}, {});
+  const bool of_markers = source.gives("markers");
+  if (of_markers) {
+    source.read("map", [&markers](runtime::ParamVisitor& v) { visit(v, markers.labels); });
+    return;
+  }
   mocap::BodyMap map;
   map.axes.fill("+x+y+z");
-  runtime::ParamSource(file, {}, {}).read("map", [&map](runtime::ParamVisitor& v) {
-    visit(v, map);
-  });
-  return map;
+  source.read("map", [&map](runtime::ParamVisitor& v) { visit(v, map); });
+  joints.map = map;
 }
 
 std::string sha256_of(const std::string& file) {
@@ -194,14 +212,14 @@ TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFi
   if (!options.robot.file.empty()) robot.emplace(options.robot);
   for (const std::string& file : files) {
     const std::string name = fs::path(file).filename().string();
-    out.files.push_back({name, sha256_of(file), options.licence});
+    out.files.push_back({name, sha256_of(mocap::split_take(file).first), options.licence});
     progress(out.files.size());
     if (ends_with(name, ".csv")) {
       if (robot)
         throw ConfigError(file + ": trials have no feet on the ground, --robot needs clips");
       sets.push_back(mocap::read_trials(file));
     } else {
-      const auto clip = read_body(file, options, out.notes);
+      const auto clip = read_figure(file, options.read, options.markers, out.notes);
       auto trials = !clip   ? tl::unexpected(clip.error())
                     : robot ? robot->cut(*clip, options.cut, out.retargeted)
                             : mocap::cut_cycles(*clip, options.cut);

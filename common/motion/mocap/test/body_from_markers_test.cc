@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "common/math/so3.h"
 #include "common/motion/mocap/cycles.h"
@@ -160,7 +161,8 @@ TEST(BodyFromMarkers, RefusesWithTheLabels) {
   m.labels[kLELB] = "Anna:nose";
   m.position_m.middleRows(3 * kC7, 3).setConstant(NAN);
   EXPECT_EQ(refusal(m),
-            "made.c3d: markers absent or never seen: C7, LELB; expected the PluginGait set");
+            "made.c3d: markers absent or never seen: C7, LELB; expected the PluginGait set, or "
+            "their labels in a map");
   m = whole;
   m.position_m.block(3 * kRTOE, 0, 3, 180).setConstant(NAN);
   m.position_m.block(3 * kLTOE, 180, 3, 180).setConstant(NAN);
@@ -169,6 +171,46 @@ TEST(BodyFromMarkers, RefusesWithTheLabels) {
   m.labels[kLPSI] = "Anna:SACR";
   m.labels[kRPSI] = "spare";
   EXPECT_EQ(refusal(m), "accepted");
+}
+
+/// Labels as public files have them: Helen Hayes, CMU, a lab of its own.
+TEST(BodyFromMarkers, KnowsWhatOtherSetsCallTheSamePlaces) {
+  const Markers made = markers_on(lively_walker());
+  const BodyClip plain = body_from_markers(made, true);
+  const auto renamed = [&](const std::map<std::string, std::string>& names) {
+    Markers m = made;
+    for (std::string& label : m.labels) {
+      const std::string own = label.substr(label.rfind(':') + 1);
+      if (const auto other = names.find(own); other != names.end()) label = other->second;
+    }
+    return m;
+  };
+  for (const Markers& m :
+       {renamed({{"LASI", "L.ASIS"},
+                 {"RASI", "R.ASIS"},
+                 {"LPSI", "L.PSIS"},
+                 {"RPSI", "R.PSIS"},
+                 {"LKNE", "L.Knee"},
+                 {"RKNE", "R.Knee"},
+                 {"LANK", "L.Ankle"},
+                 {"RANK", "R.Ankle"},
+                 {"LHEE", "L.Heel"},
+                 {"RHEE", "R.Heel"},
+                 {"LTOE", "L.Toe"},
+                 {"RTOE", "R.Toe"}}),
+        renamed({{"LASI", "LFWT"}, {"RASI", "RFWT"}, {"LPSI", "LBWT"}, {"RPSI", "RBWT"}}),
+        renamed({{"LASI", "Anna:ASISl"},
+                 {"RASI", "Anna:ASISr"},
+                 {"LKNE", "left knee"},
+                 {"RKNE", "Right_Knee"}})}) {
+    const BodyClip found = body_from_markers(m, true);
+    EXPECT_TRUE(found.angles_rad.isApprox(plain.angles_rad)) << m.labels[0];
+  }
+  MarkerLabels given;
+  given[kLKNE] = "RLK";
+  const Markers swapped = renamed({{"LKNE", "RLK"}});
+  EXPECT_THROW((void)body_from_markers(swapped, true), ConfigError);
+  EXPECT_TRUE(body_from_markers(swapped, true, given).angles_rad.isApprox(plain.angles_rad));
 }
 
 TEST(BodyFromMarkers, TakesTheLegsAloneIfAsked) {

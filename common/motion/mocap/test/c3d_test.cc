@@ -232,7 +232,12 @@ TEST(C3d, DataAreFoundWhateverTheHeaderSays) {
 }
 
 TEST(C3d, Units) {
-  for (const auto& [unit, metres] : {std::pair{"cm", 1e-2}, {"m", 1.0}, {"MM", 1e-3}, {"", 1e-3}}) {
+  for (const auto& [unit, metres] : {std::pair{"cm", 1e-2},
+                                     {"m", 1.0},
+                                     {"MM", 1e-3},
+                                     {"", 1e-3},
+                                     {"mete", 1.0},
+                                     {"Mill", 1e-3}}) {
     C3dBytes c;
     c.group(1, "POINT");
     c.texts_of(1, "UNITS", {unit}, 4);

@@ -242,7 +242,7 @@ TEST_F(Demix, TheMapThatIsPrintedCanBeEditedAndGiven) {
   };
   const std::string walker = bvh_text(recorded_walker()), out = path("m.motion.json");
   write("walker.bvh", walker);
-  ASSERT_EQ(run({path("walker.bvh"), "--print-map"}), 0) << errors_;
+  ASSERT_EQ(call({"motion", "map", path("walker.bvh")}), 0) << errors_;
   std::string map = output_;
   EXPECT_NE(map.find("lknee: \"LeftLeg\""), std::string::npos) << map;
   write("map.yaml", map);
@@ -254,7 +254,6 @@ TEST_F(Demix, TheMapThatIsPrintedCanBeEditedAndGiven) {
   refuses({path("walker.bvh"), "--map", path("map.yaml"), "-o", out},
           "joint 'Shin' of the map (lknee), expected one that the file has");
   refuses({path("walker.bvh"), "--unit-m", "1", "-o", out}, "--unit-m 1 the figure is 1");
-  refuses({path("walker.bvh")}, "--out is missing");
 }
 
 /// Checks a report on clips retargeted to the biped, and the model.
