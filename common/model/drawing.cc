@@ -93,14 +93,19 @@ void add_uncertainty(foxglove::SceneEntity& entity, const Eigen::Vector3d& cente
 
 void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              double radius, const Rgba& color) {
-  const double length = (to - from).norm();
+  add_taper(entity, from, to, radius, radius, color);
+}
+
+void add_taper(foxglove::SceneEntity& entity, const Eigen::Vector3d& from,
+               const Eigen::Vector3d& to, double radius_from, double radius_to, const Rgba& color) {
+  const double length = (to - from).norm(), radius = std::max(radius_from, radius_to);
   if (length < 1e-9) return;
   Eigen::Isometry3d pose = at(0.5 * (from + to));
   pose.linear() = math::rotation_onto(Eigen::Vector3d::UnitZ(), to - from);
   foxglove::CylinderPrimitive& rod =
       fill(entity.add_cylinders(), pose, {2.0 * radius, 2.0 * radius, length}, color);
-  rod.set_bottom_scale(1.0);
-  rod.set_top_scale(1.0);
+  rod.set_bottom_scale(radius_from / radius);
+  rod.set_top_scale(radius_to / radius);
 }
 
 void add_hull(foxglove::SceneEntity& entity, const math::ConvexPart& hull, const Rgba& color) {

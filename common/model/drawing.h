@@ -39,6 +39,9 @@ void add_uncertainty(foxglove::SceneEntity& entity, const Eigen::Vector3d& cente
 /// A cylinder from `from` to `to`; nothing if they are the same place.
 void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
              double radius, const Rgba& color);
+/// The same, tapered.
+void add_taper(foxglove::SceneEntity& entity, const Eigen::Vector3d& from,
+               const Eigen::Vector3d& to, double radius_from, double radius_to, const Rgba& color);
 /// Without its radius.
 void add_hull(foxglove::SceneEntity& entity, const math::ConvexPart& hull, const Rgba& color);
 /// Text that faces the viewer. `height`: of a line.

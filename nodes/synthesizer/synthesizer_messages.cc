@@ -74,14 +74,32 @@ std::string hands_fault(const google::protobuf::RepeatedPtrField<v1::Vector3>& h
 
 using Eigen::Vector3d;
 
-constexpr int kMostRods = 30;  // figures that are drawn as solids
+constexpr int kMostSolid = 30;  // figures that are drawn as solids
 constexpr model::Rgba kLeft{0.25, 0.49, 0.75, 1.0}, kRight{0.84, 0.41, 0.26, 1.0},
     kTrunk{0.62, 0.65, 0.69, 1.0};
-constexpr double kThick_m = 0.035, kHead_m = 0.1, kLine_px = 2.0;
+constexpr double kLine_px = 2.0;
 
 model::Rgba colour_of(int joint) {
   const char side = mocap::kBodyJointNames[static_cast<std::size_t>(joint)].front();
   return side == 'l' ? kLeft : joint != mocap::kRoot && side == 'r' ? kRight : kTrunk;
+}
+
+void add_lines(const mocap::Body& body, const mocap::BodyPose& pose,
+               foxglove::LinePrimitive& lines) {
+  const auto bone = [&](const Vector3d& from, const Vector3d& to) {
+    model::add_point(lines, from);
+    model::add_point(lines, to);
+  };
+  const auto centre = [&](int joint) { return pose.p_WJ[static_cast<std::size_t>(joint)]; };
+  for (int j = 1; j < mocap::kBodyJoints; ++j)
+    bone(centre(mocap::kBodyParents[static_cast<std::size_t>(j)]), centre(j));
+  for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
+    const auto s = static_cast<std::size_t>(side);
+    const int ankle = side == mocap::kLeft ? mocap::kLeftAnkle : mocap::kRightAnkle;
+    const int wrist = side == mocap::kLeft ? mocap::kLeftWrist : mocap::kRightWrist;
+    bone(pose.point(ankle, body.heel_m[s]), pose.point(ankle, body.toe_m[s]));
+    bone(centre(wrist), pose.point(wrist, body.hand_m[s]));
+  }
 }
 
 }  // namespace
@@ -326,57 +344,98 @@ void to_proto(const Director& director, int i, const LimitedMotion& limited, v1:
   message.set_stands(motion.stands);
 }
 
-std::optional<FigureDrawing> FigureDrawing::of(const Director& director) {
-  FigureDrawing drawing;
-  for (const std::string& row : director.characters().repertoire().model().rows) {
+std::vector<int> body_rows(std::span<const std::string> rows) {
+  std::vector<int> found;
+  for (const std::string& row : rows) {
     int b = 0;
     while (b < mocap::kBodyRows && mocap::body_row_name(b) != row) ++b;
-    if (b == mocap::kBodyRows) return std::nullopt;
-    drawing.body_row_.push_back(b);
+    found.push_back(b < mocap::kBodyRows ? b : -1);
   }
-  if (director.leads_robot()) return std::nullopt;
+  return found;
+}
+
+void add_figure(const mocap::Body& body, const mocap::BodyPose& pose,
+                foxglove::SceneEntity& entity) {
+  // of an adult of 1.70 m, whose legs are 0.835 m long
+  const double size =
+      (body.offset_m[mocap::kLeftKnee].norm() + body.offset_m[mocap::kLeftAnkle].norm()) / 0.835;
+  const auto centre = [&](int joint) { return pose.p_WJ[static_cast<std::size_t>(joint)]; };
+  const auto limb = [&](int from, int to, double thick_m, double thin_m) {
+    model::add_taper(entity, centre(from), centre(to), size * thick_m, size * thin_m,
+                     colour_of(to));
+    model::add_ball(entity, centre(from), size * thick_m, colour_of(to));
+    model::add_ball(entity, centre(to), size * thin_m, colour_of(to));
+  };
+  const auto part = [&](int joint, const Vector3d& p_W, const Vector3d& axes_m) {
+    Eigen::Isometry3d at = Eigen::Isometry3d::Identity();
+    at.linear() = pose.R_WJ[static_cast<std::size_t>(joint)];
+    at.translation() = p_W;
+    model::add_ellipsoid(entity, at, axes_m, colour_of(joint));
+  };
+  const auto half_way = [&](int a, int b) -> Vector3d { return 0.5 * (centre(a) + centre(b)); };
+  const auto hips = half_way(mocap::kLeftHip, mocap::kRightHip);
+  part(mocap::kRoot, 0.5 * (centre(mocap::kRoot) + hips), size * Vector3d(0.21, 0.33, 0.22));
+  part(mocap::kSpine, half_way(mocap::kSpine, mocap::kChest), size * Vector3d(0.19, 0.28, 0.30));
+  part(mocap::kChest, half_way(mocap::kChest, mocap::kNeck), size * Vector3d(0.23, 0.35, 0.36));
+  limb(mocap::kNeck, mocap::kHead, 0.055, 0.050);
+  part(mocap::kHead, pose.point(mocap::kHead, 0.5 * body.head_top_m),
+       size * Vector3d(0.19, 0.155, 0.24));
+  for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
+    const auto s = static_cast<std::size_t>(side);
+    const bool left = side == mocap::kLeft;
+    const int hip = left ? mocap::kLeftHip : mocap::kRightHip, knee = hip + 1, ankle = hip + 2;
+    const int shoulder = left ? mocap::kLeftShoulder : mocap::kRightShoulder;
+    const int elbow = shoulder + 1, wrist = shoulder + 2;
+    limb(hip, knee, 0.080, 0.053);
+    limb(knee, ankle, 0.053, 0.037);
+    limb(shoulder, elbow, 0.054, 0.037);
+    limb(elbow, wrist, 0.037, 0.027);
+    // its sole is on the line from heel to toes
+    const Vector3d foot = body.toe_m[s] - body.heel_m[s];
+    const double high = 0.08 * size;
+    const Vector3d up(0.0, 0.0, 0.5 * high);
+    part(ankle, pose.point(ankle, 0.5 * (body.toe_m[s] + body.heel_m[s]) + up),
+         {1.12 * foot.norm(), 0.095 * size, high});
+    model::add_taper(entity, centre(ankle), pose.point(ankle, body.heel_m[s] + 0.42 * foot + up),
+                     0.037 * size, 0.042 * size, colour_of(ankle));
+    const Vector3d& hand = body.hand_m[s];
+    part(wrist, pose.point(wrist, 0.5 * hand), {0.075 * size, hand.norm(), 0.035 * size});
+  }
+}
+
+std::optional<FigureDrawing> FigureDrawing::of(const Director& director) {
+  FigureDrawing drawing;
+  drawing.body_row_ = body_rows(director.characters().repertoire().model().rows);
+  if (director.leads_robot() || std::ranges::count(drawing.body_row_, -1) > 0) return std::nullopt;
   return drawing;
 }
 
 foxglove::SceneUpdate FigureDrawing::draw(const Director& director,
                                           std::chrono::nanoseconds now) const {
   const mocap::Body& body = director.characters().repertoire().model().body;
-  const bool solid = director.size() <= kMostRods;
   foxglove::SceneUpdate update;
   foxglove::SceneEntity& entity = model::add_entity(update, "figures", "world", now);
   foxglove::LinePrimitive* lines =
-      solid ? nullptr
-            : &model::add_line(entity, foxglove::LinePrimitive::LINE_LIST, kLine_px, kTrunk);
-  const auto bone = [&](const Vector3d& from, const Vector3d& to, const model::Rgba& colour) {
-    if (solid) return model::add_rod(entity, from, to, kThick_m, colour);
-    model::add_point(*lines, from);
-    model::add_point(*lines, to);
-  };
+      director.size() <= kMostSolid
+          ? nullptr
+          : &model::add_line(entity, foxglove::LinePrimitive::LINE_LIST, kLine_px, kTrunk);
   for (int i = 0; i < director.size(); ++i) {
     std::array<double, mocap::kBodyRows> angles_rad{};
     const auto rows = director.angles(i);
     for (std::size_t r = 0; r < body_row_.size(); ++r)
       angles_rad[static_cast<std::size_t>(body_row_[r])] = static_cast<double>(rows[r]);
-    const mocap::BodyPose pose = forward_kinematics(body, angles_rad, Vector3d::Zero());
+    mocap::BodyPose pose = forward_kinematics(body, angles_rad, Vector3d::Zero());
     const DirectedMotion motion = director.motion(i);
     const Eigen::Isometry3d X_WH =
         Eigen::Translation3d(motion.pelvis_W_m) *
         Eigen::Isometry3d(Eigen::AngleAxisd(motion.heading_rad, Vector3d::UnitZ()));
-    const auto point = [&](int joint, const Vector3d& p_J) -> Vector3d {
-      return X_WH * pose.point(joint, p_J);
-    };
-    const auto centre = [&](int joint) { return point(joint, Vector3d::Zero()); };
-    for (int j = 1; j < mocap::kBodyJoints; ++j)
-      bone(centre(mocap::kBodyParents[static_cast<std::size_t>(j)]), centre(j), colour_of(j));
-    for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
-      const auto s = static_cast<std::size_t>(side);
-      const int ankle = side == mocap::kLeft ? mocap::kLeftAnkle : mocap::kRightAnkle;
-      const int wrist = side == mocap::kLeft ? mocap::kLeftWrist : mocap::kRightWrist;
-      bone(point(ankle, body.heel_m[s]), point(ankle, body.toe_m[s]), colour_of(ankle));
-      bone(centre(wrist), point(wrist, body.hand_m[s]), colour_of(wrist));
+    for (Vector3d& p : pose.p_WJ) p = X_WH * p;
+    for (Eigen::Matrix3d& R : pose.R_WJ) R = X_WH.linear() * R;
+    if (lines == nullptr) {
+      add_figure(body, pose, entity);
+    } else {
+      add_lines(body, pose, *lines);
     }
-    const Vector3d head = point(mocap::kHead, 0.5 * body.head_top_m);
-    if (solid) model::add_ball(entity, head, kHead_m, kTrunk);
   }
   return update;
 }

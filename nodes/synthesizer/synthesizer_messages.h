@@ -40,7 +40,13 @@ RobotFeedback to_feedback(const v1::WalkFeedback& message);
 /// `age_s`: since the image was taken.
 DrawerSenses::Sight to_sight(const v1::HeadSight& message, double age_s);
 
-/// Figures for viewers: rods and heads of a few, lines of many. Robots draw themselves.
+/// By row of a model, the row of the 17-joint figure; -1: none, a robot's joint.
+std::vector<int> body_rows(std::span<const std::string> rows);
+/// A figure for viewers: limbs, trunk and head of an adult's thickness, in W.
+void add_figure(const mocap::Body& body, const mocap::BodyPose& pose,
+                foxglove::SceneEntity& entity);
+
+/// Figures for viewers: bodies of a few, lines of many. Robots draw themselves.
 class FigureDrawing {
  public:
   /// Empty if the director's rows are not those of a body, or it leads a robot.

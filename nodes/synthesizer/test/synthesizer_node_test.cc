@@ -436,16 +436,21 @@ TEST(SynthesizerNode, DrawsItsFigureWhereItWalks) {
   EXPECT_EQ(pictures, 75) << "25 a second";
   ASSERT_TRUE(last && last->entities_size() == 1);
   const foxglove::SceneEntity& figure = last->entities(0);
-  ASSERT_EQ(figure.spheres_size(), 1) << "the head";
+  EXPECT_EQ(figure.cylinders_size(), 11) << "neck, limbs, insteps";
+  const auto lowest = [](const foxglove::SpherePrimitive& part) {
+    const foxglove::Quaternion& q = part.pose().orientation();
+    const Eigen::Vector3d up =  // the world's, in its axes
+        Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()).inverse() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d half(part.size().x() / 2, part.size().y() / 2, part.size().z() / 2);
+    return part.pose().position().z() - up.cwiseProduct(half).norm();
+  };
   double lowest_m = 1.0;
-  for (const foxglove::CylinderPrimitive& bone : figure.cylinders()) {
-    const foxglove::Quaternion& q = bone.pose().orientation();
-    const double upright = 1.0 - 2.0 * (q.x() * q.x() + q.y() * q.y());  // z of its axis
-    lowest_m =
-        std::min(lowest_m, bone.pose().position().z() - 0.5 * bone.size().z() * std::abs(upright));
+  foxglove::Vector3 head;
+  for (const foxglove::SpherePrimitive& part : figure.spheres()) {
+    lowest_m = std::min(lowest_m, lowest(part));
+    if (part.pose().position().z() > head.z()) head = part.pose().position();
   }
   EXPECT_NEAR(lowest_m, 0.0, 0.005) << "the standing foot is on the ground";
-  const foxglove::Vector3 head = figure.spheres(0).pose().position();
   EXPECT_NEAR(head.z(), 1.6, 0.15);
   EXPECT_NEAR(head.x(), rig.motion.position_pelvis_in_world_m().x_m(), 0.25);
   EXPECT_NEAR(head.y(), rig.motion.position_pelvis_in_world_m().y_m(), 0.25);

@@ -9,6 +9,31 @@ const rod = new THREE.CylinderGeometry(0.5, 0.5, 1, 20).rotateX(Math.PI / 2); //
 const cone = new THREE.ConeGeometry(0.5, 1, 24).rotateZ(-Math.PI / 2); // along x
 const shared = new Set<THREE.BufferGeometry>([ball, box, rod, cone]);
 
+const tapered = new Map<string, THREE.BufferGeometry>();
+
+/** A cylinder along z whose ends are these shares of its width; none given: a rod. */
+export function cylinder(bottom: number, top: number): THREE.BufferGeometry {
+  if ((bottom === 1 && top === 1) || (!bottom && !top)) return rod;
+  const key = `${bottom.toFixed(2)} ${top.toFixed(2)}`;
+  let geometry = tapered.get(key);
+  if (!geometry) {
+    geometry = new THREE.CylinderGeometry(0.5 * top, 0.5 * bottom, 1, 20).rotateX(Math.PI / 2);
+    tapered.set(key, geometry);
+    shared.add(geometry);
+  }
+  return geometry;
+}
+
+/** Cylinders by their shape. */
+function byShape(all: any[]): [THREE.BufferGeometry, any[]][] {
+  const found = new Map<THREE.BufferGeometry, any[]>();
+  for (const c of all) {
+    const geometry = cylinder(c.bottomScale ?? 1, c.topScale ?? 1);
+    found.set(geometry, [...(found.get(geometry) ?? []), c]);
+  }
+  return [...found];
+}
+
 function surface(color: Rgba): THREE.Material {
   const { r, g, b, a } = color ?? { r: 0.7, g: 0.7, b: 0.7, a: 1 };
   return new THREE.MeshLambertMaterial({
@@ -164,7 +189,7 @@ function capsule({ from, to }: { from: any; to: any }): THREE.Object3D {
 export function build(entity: any, shaded = true): THREE.Group {
   const group = new THREE.Group(), { rods, rest } = rows(entity.spheres);
   for (const rod of rods) group.add(capsule(rod));
-  for (const [geometry, all] of [[box, entity.cubes], [ball, rest], [rod, entity.cylinders]] as const)
+  for (const [geometry, all] of [[box, entity.cubes], [ball, rest], ...byShape(entity.cylinders)] as const)
     if (all.length) group.add(...meshes(geometry, all));
   for (const p of entity.arrows) group.add(arrow(p));
   for (const p of entity.lines) group.add(line(p));

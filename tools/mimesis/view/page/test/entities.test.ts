@@ -1,6 +1,7 @@
 import { Group } from "three";
 import { expect, test } from "vitest";
 import { Entities } from "../src/entities";
+import { build } from "../src/shapes";
 
 const none = { cubes: [], spheres: [], cylinders: [], arrows: [], lines: [], triangles: [], texts: [] };
 const s = (seconds: number) => ({ seconds: BigInt(Math.floor(seconds)), nanos: Math.round((seconds % 1) * 1e9) });
@@ -37,4 +38,22 @@ test("deletions are of their topic, by id or all", () => {
   expect([...all.keys()]).toEqual(["a\n2"]);
   all.hide(new Set(["a"]));
   expect([...all.shown()].length).toBe(0);
+});
+
+test("a cylinder has the widths of its two ends", () => {
+  const pose = { position: { x: 0, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
+  const widths = (scales: object) => {
+    const group = build(entity("limb", { cylinders: [{ pose, size: { x: 1, y: 1, z: 1 }, ...scales }] }));
+    const { position } = (group.children[0] as any).geometry.attributes;
+    const at = (z: number) => {
+      let widest = 0;
+      for (let i = 0; i < position.count; ++i)
+        if (Math.abs(position.getZ(i) - z) < 1e-6) widest = Math.max(widest, 2 * Math.hypot(position.getX(i), position.getY(i)));
+      return +widest.toFixed(6);
+    };
+    return [at(-0.5), at(0.5)];
+  };
+  expect(widths({ bottomScale: 1, topScale: 0.5 })).toEqual([1, 0.5]);
+  expect(widths({ bottomScale: 0, topScale: 1 })).toEqual([0, 1]);
+  expect(widths({ bottomScale: 0, topScale: 0 })).toEqual([1, 1]); // not given
 });
