@@ -100,5 +100,43 @@ TEST_F(McapPeer, WritesMessagesOfRos2ThatWeRead) {
   EXPECT_EQ(compared.output, "144 of 144 equal");
 }
 
+/// Runs of ours as bags of ROS 2: every definition is that of ROS, every message is read by it.
+TEST_F(McapPeer, ReadsOurRunsAsBagsOfRos2) {
+  const auto bag = [&](const std::string& node) {
+    const fs::path folder = folder_ / node;
+    const std::string log = MIMESIS_SOURCE_DIR "/tests/replay/logs/" + node + ".mcap";
+    const Ran made = run(MIMESIS_BIN_DIR "/mimesis log convert '" + log + "' '" + folder.string() +
+                         "' --rosbag2 2>/dev/null");
+    EXPECT_EQ(made.status, 0) << node;
+    const Ran seen = run_script("ros2.js", "read '" + (folder / (node + "_0.mcap")).string() + "'");
+    EXPECT_EQ(seen.status, 0) << seen.output;
+    auto topics = nlohmann::json::parse(seen.output, nullptr, false);
+    for (const auto& [topic, t] : topics.items()) {
+      EXPECT_EQ(t["encoding"], "cdr") << topic;
+      EXPECT_EQ(t["differ"], nlohmann::json::array()) << topic << ' ' << t["type"];
+    }
+    return topics;
+  };
+  const auto figure = bag("synthesizer")["/synthesizer/figures"];
+  EXPECT_EQ(figure["type"], "visualization_msgs/msg/MarkerArray");
+  EXPECT_EQ(figure["messages"], 150);
+  const auto& markers = figure["last"]["markers"];
+  ASSERT_GT(markers.size(), 20u);
+  EXPECT_EQ(markers[0]["header"]["frame_id"], "world");
+  EXPECT_EQ(markers[0]["ns"], "figures");
+  EXPECT_NEAR(markers[0]["pose"]["orientation"]["w"].get<double>(), 0.0, 1.0);
+  const auto picture = bag("camera")["/camera/image"];
+  EXPECT_EQ(picture["type"], "sensor_msgs/msg/Image");
+  EXPECT_EQ(picture["last"]["encoding"], "bgr8");
+  EXPECT_EQ(picture["last"]["data"]["length"], 160 * 120 * 3);
+  const auto walk = bag("walker");
+  EXPECT_EQ(walk["/tf"]["type"], "tf2_msgs/msg/TFMessage");
+  EXPECT_GT(walk["/tf"]["last"]["transforms"].size(), 20u);
+  const auto arm = bag("bridge")["/bridge/joints"];
+  EXPECT_EQ(arm["type"], "sensor_msgs/msg/JointState");
+  EXPECT_EQ(arm["last"]["name"].size(), 7u);
+  EXPECT_EQ(arm["last"]["position"]["length"], 7);
+}
+
 }  // namespace
 }  // namespace mimesis::peer

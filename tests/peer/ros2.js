@@ -1,8 +1,10 @@
 // ros2.js write FILE: one message of each common type of ROS 2 humble, filled at random, by @foxglove/rosmsg2-serialization.
+// ros2.js read FILE: reads each message of a bag in MCAP by the definitions in it, and holds these against ROS's own.
 // ros2.js compare < lines of `mimesis log cat --bytes hex`: prints how many messages hold the same, and what differs.
 const fs = require("fs");
-const { McapWriter } = require("@mcap/core");
-const { MessageWriter } = require("@foxglove/rosmsg2-serialization");
+const { McapStreamReader, McapWriter } = require("@mcap/core");
+const { parse } = require("@foxglove/rosmsg");
+const { MessageReader, MessageWriter } = require("@foxglove/rosmsg2-serialization");
 const { ros2humble } = require("@foxglove/rosmsg-msgs-common");
 
 let state = 1;
@@ -99,4 +101,28 @@ function compare() {
   }
   console.log(`${equal} of ${names.length} equal`);
 }
-process.argv[2] === "write" ? write(process.argv[3]) : compare();
+async function read(file) {
+  const { loadDecompressHandlers } = require("@mcap/support");
+  const reader = new McapStreamReader({ decompressHandlers: await loadDecompressHandlers() });
+  reader.append(fs.readFileSync(file));
+  const schemas = new Map(), channels = new Map(), all = {};
+  const plain = (d) => JSON.stringify((d?.definitions ?? []).filter((f) => !f.isConstant).map((f) => [f.type, f.name, !!f.isArray, f.arrayLength]));
+  for (let r; (r = reader.nextRecord()); ) {
+    if (r.type === "Schema") schemas.set(r.id, r);
+    if (r.type === "Channel" && !channels.has(r.id)) {
+      const schema = schemas.get(r.schemaId), parsed = parse(Buffer.from(schema.data).toString(), { ros2: true });
+      const own = parsed.find((d) => !d.name) ?? parsed[0];
+      const differ = parsed.filter((d) => plain(d) !== plain(ros2humble[d === own ? schema.name.replace("/msg/", "/") : d.name]))
+        .map((d) => d.name ?? schema.name);
+      channels.set(r.id, { reader: new MessageReader(parsed), topic: r.topic });
+      all[r.topic] = { type: schema.name, encoding: r.messageEncoding, differ, messages: 0 };
+    }
+    if (r.type !== "Message") continue;
+    const channel = channels.get(r.channelId), message = channel.reader.readMessage(r.data);
+    ++all[channel.topic].messages;
+    all[channel.topic].last = JSON.parse(JSON.stringify(message, (k, v) => (ArrayBuffer.isView(v) ? { length: v.length, first: [...v.subarray(0, 3)].map(Number) } : v)));
+  }
+  console.log(JSON.stringify(all));
+}
+const [verb, file] = process.argv.slice(2);
+verb === "write" ? write(file) : verb === "read" ? read(file) : compare();

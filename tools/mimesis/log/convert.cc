@@ -4,8 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -17,6 +19,7 @@
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
+#include "tools/mimesis/log/ros_messages.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
@@ -304,6 +307,108 @@ ConvertResult to_candump(const ConvertOptions& options) {
   return result;
 }
 
+/// A topic as ROS allows its name: letters, digits and '_' between slashes.
+std::string ros_topic(const std::string& topic, const std::string& ros_type) {
+  if (ros_type == "tf2_msgs/msg/TFMessage") return "/tf";
+  std::string name = "/";
+  for (const char c : topic) {
+    if (c == '/' && name.back() == '/') continue;
+    name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' ? c : '_';
+  }
+  return name;
+}
+
+/// The description that stands beside the data, as `ros2 bag record` of Humble writes it.
+std::string bag_metadata(
+    const log::Statistics& statistics, const std::string& file,
+    const std::map<std::string, std::pair<std::string, std::uint64_t>>& topics) {
+  const std::uint64_t start = statistics.message_start_time,
+                      duration = statistics.message_end_time - start;
+  std::string text = fmt::format(
+      "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n"
+      "  duration:\n    nanoseconds: {}\n  starting_time:\n    nanoseconds_since_epoch: {}\n"
+      "  message_count: {}\n  topics_with_message_count:\n",
+      duration, start, statistics.message_count);
+  for (const auto& [topic, counted] : topics) {
+    text += fmt::format(
+        "    - topic_metadata:\n        name: {}\n        type: {}\n"
+        "        serialization_format: cdr\n        offered_qos_profiles: \"\"\n"
+        "      message_count: {}\n",
+        topic, counted.first, counted.second);
+  }
+  return text + fmt::format(
+                    "  compression_format: \"\"\n  compression_mode: \"\"\n"
+                    "  relative_file_paths:\n    - {0}\n  files:\n    - path: {0}\n"
+                    "      starting_time:\n        nanoseconds_since_epoch: {1}\n"
+                    "      duration:\n        nanoseconds: {2}\n      message_count: {3}\n",
+                    file, start, duration, statistics.message_count);
+}
+
+ConvertResult to_rosbag2(const ConvertOptions& options) {
+  namespace fs = std::filesystem;
+  const fs::path folder = options.output.path;
+  std::error_code error;
+  if (fs::exists(folder, error) && !options.output.force) {
+    throw ConfigError(folder.string() + ": is there already; --force writes into it");
+  }
+  ConvertResult result{.from = LogKind::mcap};
+  const auto logs = open_logs({options.input});
+  std::set<std::string> left_out;
+  struct Wanted {
+    std::string topic;
+    ToRos messages{};
+  };
+  std::map<const log::Channel*, Wanted> wanted;
+  std::map<std::string, std::string> topic_of;  // whose a name in the bag is
+  for (const OpenChannel& c : channels_of(logs)) {
+    const std::string type = ros_type(c.type());
+    if (type.empty()) {
+      left_out.insert(c.channel->topic);
+      continue;
+    }
+    std::string name = ros_topic(c.channel->topic, type);
+    while (name != "/tf" &&
+           topic_of.try_emplace(name, c.channel->topic).first->second != c.channel->topic) {
+      name += '_';  // "a-b" and "a_b"
+    }
+    wanted[c.channel] = {name};
+  }
+  if (wanted.empty()) {
+    throw ConfigError(options.input + ": no topic that ROS has a type for (docs/ros2.md)");
+  }
+  fs::create_directories(folder, error);
+  OutputOptions output = options.output;
+  const std::string file = fs::weakly_canonical(folder).filename().string() + "_0.mcap";
+  output.path = (folder / file).string();
+  NewLog bag(output, {options.input}, "ros2");
+  std::map<std::string, std::pair<std::string, std::uint64_t>> topics;
+  const log::Selection selection{[&](const log::Channel& c) { return wanted.contains(&c); }};
+  const std::uint64_t damages = scan_logs(logs, selection, "convert", [&](const Item& item) {
+    const std::string type = ros_type(item.schema->name);
+    Wanted& from = wanted[item.channel];
+    const auto cdr = from.messages.convert(item.schema->name, item.message->data);
+    if (!cdr) {
+      return say_damage(result.damages, item.channel->topic,
+                        fmt::format("seq {}: {}", item.message->sequence, cdr.error().reason));
+    }
+    auto& counted = topics.try_emplace(from.topic, type, 0).first->second;
+    const log::Schema schema{0, type, "ros2msg", ros_definition(type)};
+    const std::uint16_t channel =
+        bag.channel({0, 0, from.topic, "cdr", {{"offered_qos_profiles", ""}}}, &schema);
+    bag.write({channel, static_cast<std::uint32_t>(++counted.second), item.message->log_time,
+               item.message->publish_time, *cdr});
+    ++result.messages;
+  });
+  result.damages += damages;
+  bag.finish();
+  std::ofstream metadata(folder / "metadata.yaml", std::ios::binary);
+  metadata << bag_metadata(bag.statistics(), file, topics);
+  metadata.close();
+  if (!metadata) throw ConfigError("cannot write '" + (folder / "metadata.yaml").string() + "'");
+  result.left_out.assign(left_out.begin(), left_out.end());
+  return result;
+}
+
 /// Exit code 0, or 1 if something could not be read.
 int convert_file(const ConvertOptions& options) {
   const auto source = log::open_file(options.input);
@@ -311,20 +416,26 @@ int convert_file(const ConvertOptions& options) {
   const ConvertResult r = convert_log(**source, options);
   const bool of_mcap = r.from == LogKind::mcap;
   const char* from = of_mcap ? "mcap" : "candump";
-  const char* to = of_mcap ? "candump" : "mcap";
+  const char* to = options.rosbag2 ? "rosbag2" : of_mcap ? "candump" : "mcap";
   if (options.json) {
     const nlohmann::ordered_json object{{"from", from},
                                         {"to", to},
                                         {"output", options.output.path},
                                         {"messages", r.messages},
                                         {"damages", r.damages},
-                                        {"untimed", r.untimed}};
+                                        {"untimed", r.untimed},
+                                        {"left_out", r.left_out}};
     (options.output.path == "-" ? std::cerr : std::cout) << object.dump() << '\n';
   } else {
     std::cerr << fmt::format(
         "{} -> {}: {} messages{}{}\n", from, to, r.messages,
         r.damages == 0 ? "" : fmt::format(", {} damages", r.damages),
         r.untimed == 0 ? "" : fmt::format(", {} lines without a time", r.untimed));
+    if (!r.left_out.empty()) {
+      std::cerr << printable(
+          fmt::format("left out, of types that ROS has not: {}\n", fmt::join(r.left_out, ", ")),
+          "\n");
+    }
   }
   return r.damages == 0 ? 0 : 1;
 }
@@ -391,25 +502,32 @@ LogKind detect_kind(const log::Source& source, const std::string& path) {
 
 ConvertResult convert_log(const log::Source& source, const ConvertOptions& options) {
   const LogKind kind = options.candump ? LogKind::candump : detect_kind(source, options.input);
-  if (kind == LogKind::mcap) return to_candump(options);
+  if (kind == LogKind::mcap && !options.rosbag2) return to_candump(options);
+  if (kind != LogKind::mcap && options.rosbag2) {
+    throw ConfigError(options.input + ": --rosbag2 needs a log in MCAP");
+  }
   if (options.output.path == "-") throw ConfigError("-: MCAP needs a file");
   try {
-    return from_candump(source, options);
+    return kind == LogKind::mcap ? to_rosbag2(options) : from_candump(source, options);
   } catch (const NotWritten& failure) {
     throw ConfigError(failure.reason);
   }
 }
 
 void add_convert(CLI::App& verb, int& exit_code) {
-  CLI::App* sub = verb.add_subcommand("convert", "Logs of candump to MCAP, and MCAP to candump");
+  CLI::App* sub = verb.add_subcommand(
+      "convert", "Logs of candump to MCAP, MCAP to candump or to a bag of ROS 2");
   auto o = std::make_shared<ConvertOptions>();
   sub->add_option("IN", o->input,
                   "candump -l (or what candump shows), or MCAP; told by its content")
       ->required();
   sub->add_option("OUT", o->output.path,
-                  "MCAP file; of MCAP: log for canplayer, - for standard output")
+                  "MCAP file; of MCAP: log for canplayer, - for standard output, or folder")
       ->required();
   sub->add_flag("--candump", o->candump, "IN is of candump, whatever its content looks like");
+  sub->add_flag("--rosbag2", o->rosbag2,
+                "OUT is a folder for ros2 bag: images, joint states, transforms, logs, scenes")
+      ->excludes("--candump");
   sub->add_flag("--force", o->output.force, "Replace OUT if it exists");
   sub->add_option("--compression", o->compression, "Of MCAP: none, lz4 or zstd")
       ->check(CLI::IsMember({"none", "lz4", "zstd"}))
@@ -420,7 +538,8 @@ void add_convert(CLI::App& verb, int& exit_code) {
       "and counted: exit code 1. rosbag2 with sqlite3 (ros2 bag convert) and ROS 1 bags (mcap "
       "convert) have converters of their own; a\n"
       "rosbag2 in MCAP needs none.\n"
-      "Example: mimesis log convert candump-2026-11-21.log can.mcap");
+      "Examples:\n  mimesis log convert candump-2026-11-21.log can.mcap\n"
+      "  mimesis log convert run.mcap run_bag --rosbag2; ros2 bag play run_bag");
   on_run(*sub, exit_code, [o] {
     o->output.compression = *log::parse_compression(o->compression);
     return convert_file(*o);

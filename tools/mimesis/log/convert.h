@@ -24,6 +24,7 @@ struct ConvertOptions {
   std::string input = {};
   OutputOptions output = {};  ///< path "-": standard output, for candump
   bool candump = false;       ///< without detection
+  bool rosbag2 = false;       ///< MCAP to a folder of rosbag2
   std::string compression = "zstd";
   bool json = false;
 };
@@ -33,10 +34,13 @@ struct ConvertResult {
   std::uint64_t messages = 0;
   std::uint64_t damages = 0;  ///< lines or places that could not be read; each was reported
   std::uint64_t untimed = 0;  ///< lines without a time, which took that of the line before
+  std::vector<std::string> left_out = {};  ///< topics that ROS has no type for
 };
 
 /// candump -> MCAP: mimesis.v1.CanFrame on can/INTERFACE. MCAP -> candump: all messages of type
 /// mimesis.v1.CanFrame.
+/// MCAP -> a bag of ROS 2 (metadata.yaml and FOLDER_0.mcap, profile ros2, CDR): the messages that
+/// ros_type() knows, transforms on /tf, others on /TOPIC.
 /// @throws ConfigError if the input is of no such kind or the output cannot be written.
 ConvertResult convert_log(const log::Source& source, const ConvertOptions& options);
 
