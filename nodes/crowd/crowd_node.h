@@ -38,7 +38,6 @@ class CrowdNode {
   void judge_guests(Time now, Time state_time);
   void observe(Time now);
   void advance();
-  void count_near();
   void say(const std::string& trouble);
 
   void publish_states(Time now);

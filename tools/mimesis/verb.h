@@ -26,6 +26,9 @@ inline constexpr std::array kKnownVerbs{
     KnownVerb{"node", "Shows the nodes of a graph"},
     KnownVerb{"param", "Shows and changes parameters of nodes that run"},
     KnownVerb{"service", "Shows services and calls them"},
+    KnownVerb{"interface", "Shows types of messages with their fields, units and comments"},
+    KnownVerb{"tf", "Shows frames of a graph or a log: their tree, poses, rates"},
+    KnownVerb{"run", "Starts one node"},
     KnownVerb{"graph", "Shows the graphs that run"},
     KnownVerb{"log", "Records, plays, replays, checks, changes and shows message logs (MCAP)"},
     KnownVerb{"view", "Shows a running graph or a log on a page, and to Foxglove and Lichtblick"},
@@ -37,9 +40,11 @@ inline constexpr std::array kKnownVerbs{
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
     KnownVerb{"cognition", "Says why the neural fields decided as they did"},
     KnownVerb{"calibrate", "Calibrates cameras from pictures of a chessboard"},
+    KnownVerb{"camera", "Cameras of this computer: formats, sizes, rates, controls"},
     KnownVerb{"vision", "Teaches vision colours, checks its camera"},
     KnownVerb{"hw", "Drives on their buses: finds, watches, checks, moves, asks, breaks"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},
+    KnownVerb{"motion", "Motion as files: joints of recordings, BVH and glTF, beside its model"},
     KnownVerb{"reproduce", "Recomputes a published figure and compares it with its reference"},
     KnownVerb{"walk-trials", "Walks of the biped in the physics world, many at once"}};
 
@@ -56,6 +61,9 @@ void add_key(CLI::App& program, int& exit_code);
 void add_service(CLI::App& program, int& exit_code);
 void add_param(CLI::App& program, int& exit_code);
 void add_graph(CLI::App& program, int& exit_code);
+void add_interface(CLI::App& program, int& exit_code);
+void add_tf(CLI::App& program, int& exit_code);
+void add_run(CLI::App& program, int& exit_code);
 void add_top(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
 void add_completion(CLI::App& program, int& exit_code);
@@ -67,11 +75,13 @@ void add_crowd(CLI::App& program, int& exit_code);
 void add_cognition(CLI::App& program, int& exit_code);
 void add_plan(CLI::App& program, int& exit_code);
 void add_robot(CLI::App& program, int& exit_code);
+void add_camera(CLI::App& program, int& exit_code);
 void add_calibrate(CLI::App& program, int& exit_code);
 void add_vision(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
 void add_hw(CLI::App& program, int& exit_code);
 void add_demix(CLI::App& program, int& exit_code);
+void add_motion(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);
 void add_walk_trials(CLI::App& program, int& exit_code);  ///< only where DART is found
 
