@@ -215,8 +215,8 @@ mocap::BodyClip read_character(const std::vector<OpenLog>& logs, const Character
   const motion::MotionModel model = load_model(source, options, path);
   std::vector<Moment>& moments = source.moments;
   std::ranges::stable_sort(moments, {}, &Moment::stamp_ns);
-  const auto repeated = std::ranges::unique(moments, {}, &Moment::stamp_ns);
-  moments.erase(repeated.begin(), repeated.end());
+  const auto same_time = [](const Moment& a, const Moment& b) { return a.stamp_ns == b.stamp_ns; };
+  moments.erase(std::unique(moments.begin(), moments.end(), same_time), moments.end());
   if (moments.size() < 2) {
     throw ConfigError(
         fmt::format("{}: {} messages of {}, expected a motion", path, moments.size(), topic.topic));
