@@ -64,6 +64,13 @@ inline Eigen::Matrix3d rotation_of_rpy(const Eigen::Vector3d& rpy) {
       .matrix();
 }
 
+/// The angles of rotation_of_rpy() with the pitch within ±π/2 [rad]; at its ends the roll is 0.
+inline Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R) {
+  const double across = std::hypot(R(0, 0), R(1, 0)), pitch = std::atan2(-R(2, 0), across);
+  if (across < 1e-12) return {0.0, pitch, std::atan2(-R(0, 1), R(1, 1))};
+  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+}
+
 /// Heading: angle about z from x to where the x axis of the rotation points, in [−π, π] rad.
 inline double yaw_of(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
 

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "common/error.h"
+#include "common/math/so3.h"
 #include "common/model/files.h"
 #include "common/robot/dynamics.h"
 #include "common/runtime/param_source.h"
@@ -33,12 +34,23 @@ namespace {
 
 struct FrameEntry {
   std::string name, link;
-  std::vector<double> position_m{0.0, 0.0, 0.0};
+  std::vector<double> position_m{0.0, 0.0, 0.0}, rpy_rad{0.0, 0.0, 0.0};
 
   void visit(ParamVisitor& v) {
     v("name", name);
     v("link", link);
     v("position_m", position_m, -10.0, 10.0, 3);
+    v("rpy_rad", rpy_rad, -6.3, 6.3, 3);
+  }
+};
+
+struct HeldEntry {
+  std::string joint;
+  double at = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("joint", joint);
+    v("at", at, -6.3, 6.3);
   }
 };
 
@@ -64,6 +76,8 @@ struct GripperEntry {
 
 struct BipedEntry {
   std::string urdf;
+  bool balance_inertias = false;
+  std::vector<HeldEntry> fixed;
   std::vector<FrameEntry> frames;
   std::vector<std::string> soles, hands;
   std::vector<GripperEntry> grippers;
@@ -73,6 +87,8 @@ struct BipedEntry {
 
   void visit(ParamVisitor& v) {
     v("urdf", urdf);
+    v("balance_inertias", balance_inertias);
+    list(v, "fixed", fixed);
     list(v, "frames", frames);
     v("soles", soles);
     v("hands", hands);
@@ -88,6 +104,12 @@ struct BipedEntry {
     });
     list(v, "half_sitting", half_sitting);
     v("step_s", names.step_s, 0.4, 1.2);
+    v.group("gait", [this](ParamVisitor& g) {
+      g("step_height_m", names.gait.step_height_m, 0.0, 0.2);
+      g("most_forward_m_s", names.gait.most_forward_m_s, 0.0, 2.0);
+      g("most_sideways_m_s", names.gait.most_sideways_m_s, 0.0, 1.0);
+      g("most_turn_rad_s", names.gait.most_turn_rad_s, 0.0, 2.0);
+    });
     v("drives", drives.kind);
     v("rate_hz", drives.rate_hz, kLeastRate_hz, kMostRate_hz);
     v("a_max_rad_s2", drives.a_max_rad_s2, 1.0, 1e5);
@@ -100,10 +122,19 @@ BipedEntry read_entry(const std::string& path) {
   return entry;
 }
 
-/// The URDF's robot with the file's frames.
+/// The URDF's robot with the file's frames and held joints, and without masses of fixed links.
 robot::RobotTree tree_of(const std::string& path, const BipedEntry& entry) {
-  const robot::RobotTree bare =
-      robot::read_urdf(urdf_of(path, entry.urdf), robot::UrdfUse::dynamics);
+  const std::string urdf = urdf_of(path, entry.urdf);
+  robot::JointPlaces fixed, posture;
+  for (const HeldEntry& joint : entry.fixed) fixed.emplace_back(joint.joint, joint.at);
+  for (const PostureEntry& j : entry.half_sitting) posture.emplace_back(j.joint, j.angle_rad);
+  robot::RobotTree bare = robot::merged(robot::held(robot::read_urdf(urdf), fixed, posture));
+  if (entry.balance_inertias) bare = robot::balanced(bare);
+  try {
+    bare.require_dynamics();
+  } catch (const ConfigError& e) {
+    throw ConfigError(urdf + ": " + e.what());
+  }
   std::vector<robot::Link> links = bare.links();
   for (const FrameEntry& frame : entry.frames) {
     robot::Link link;
@@ -111,6 +142,7 @@ robot::RobotTree tree_of(const std::string& path, const BipedEntry& entry) {
     link.joint = frame.name + "_frame";
     link.parent = bare.require_link(frame.link);
     link.X_PJ.translation() = Eigen::Vector3d::Map(frame.position_m.data());
+    link.X_PJ.linear() = math::rotation_of_rpy(Eigen::Vector3d::Map(frame.rpy_rad.data()));
     links.push_back(std::move(link));
   }
   return {bare.name(), std::move(links)};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/error.h"
@@ -34,22 +35,30 @@ Biped::Leg make_leg(const RobotTree& tree, const std::string& sole) {
   return leg;
 }
 
-/// Where the last two axes meet, in S.
-Vector3d find_ankle(const Kinematics& zero, const Biped::Leg& leg) {
+/// Where the axes of a leg's joints `first` .. `last` meet, or are nearest, in the zero posture; of
+/// parallel ones, the origin of the last.
+Vector3d centre_of(const Kinematics& zero, const Biped::Leg& leg, LegJoint first, LegJoint last) {
   const RobotTree& tree = zero.tree();
-  std::array<Line, 2> lines;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const int dof = leg.dof[kAnkleFirst + i];
-    const Isometry3d& X = zero.X_WL(tree.moved_link(dof));
-    lines[i] = {.point = X.translation(), .direction = X.linear() * tree.moved(dof).axis};
+  std::vector<Line> lines;
+  for (std::size_t i = first; i <= last; ++i) {
+    const Isometry3d& X = zero.X_WL(tree.moved_link(leg.dof[i]));
+    lines.push_back(
+        {.point = X.translation(), .direction = X.linear() * tree.moved(leg.dof[i]).axis});
   }
-  const auto ankle = meeting_point(lines);
-  if (!ankle) {
-    throw ConfigError(tree.name() + ": axes of '" + tree.moved(leg.dof[kAnkleFirst]).joint +
-                      "' and '" + tree.moved(leg.dof[kAnkleLast]).joint +
-                      "' do not meet, expected one ankle");
-  }
-  return zero.X_WL(leg.sole).inverse() * *ankle;
+  constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
+  return meeting_point(lines, kAnyDistance).value_or(lines.back().point);
+}
+
+/// Centres of hip and ankle.
+void find_centres(const Kinematics& zero, Biped::Leg& leg) {
+  const auto in_link = [&](const Vector3d& p, LegJoint joint) -> Vector3d {
+    const Vector3d own = zero.X_WL(zero.tree().moved_link(leg.dof[joint])).inverse() * p;
+    return own.norm() < 1e-6 ? Vector3d::Zero() : own;
+  };
+  const Vector3d ankle = centre_of(zero, leg, kAnkleFirst, kAnkleLast);
+  leg.ankle_S_m = zero.X_WL(leg.sole).inverse() * ankle;
+  leg.ankle_A_m = in_link(ankle, kAnkleFirst);
+  leg.hip_T_m = in_link(centre_of(zero, leg, kHipFirst, kHipLast), kHipLast);
 }
 
 void check_sole(const RobotTree& tree, const BipedNames& names) {
@@ -111,7 +120,7 @@ Biped make_biped(RobotTree tree, const BipedNames& names) {
   for (const Side side : kSides) {
     Biped::Leg& leg = legs[side];
     leg = make_leg(tree, names.sole[side]);
-    leg.ankle_S_m = find_ankle(zero, leg);
+    find_centres(zero, leg);
     const double left = side == kLeft ? names.sole_outer_m : names.sole_inner_m;
     const double right = side == kLeft ? names.sole_inner_m : names.sole_outer_m;
     leg.min_S_m = {names.sole_back_m, -right};
@@ -142,14 +151,23 @@ Biped make_biped(RobotTree tree, const BipedNames& names) {
   if (!names.head.empty()) biped.head = biped.tree.require_link(names.head);
   biped.imu = biped.tree.require_link(names.imu);
   biped.step_s = names.step_s;
+  biped.gait = names.gait;
   stand(biped);
   return biped;
 }
 
 double leg_length_m(const Biped& biped) {
   const Biped::Leg& leg = biped.leg[kLeft];
-  const auto offset = [&](int dof) { return biped.tree.moved(dof).X_PJ.translation().norm(); };
-  return offset(leg.dof[kKnee]) + offset(leg.dof[kAnkleFirst]);
+  const RobotTree& tree = biped.tree;
+  // from the frame of the link that the joint before moves, whatever is fixed between them
+  const auto frame = [&](LegJoint joint) {
+    int l = tree.moved_link(leg.dof[joint]);
+    Isometry3d X = tree.link(l).X_PJ;
+    while (tree.link(l = tree.link(l).parent).dof < 0) X = tree.link(l).X_PJ * X;
+    return X;
+  };
+  return (frame(kKnee).translation() - leg.hip_T_m).norm() +
+         (frame(kAnkleFirst) * leg.ankle_A_m).norm();
 }
 
 std::vector<int> moved_links(const RobotTree& tree, int above, int link) {

@@ -13,6 +13,12 @@ inline Side other(Side side) { return side == kLeft ? kRight : kLeft; }
 /// +1 for the left, −1 for the right: y of the foot in the pelvis.
 inline double sign(Side side) { return side == kLeft ? 1.0 : -1.0; }
 
+/// What a robot's joints can do of a walk; 0: what the length of its legs gives.
+struct GaitMost {
+  double step_height_m = 0.0;  ///< of the sole at the top of a swing
+  double most_forward_m_s = 0.0, most_sideways_m_s = 0.0, most_turn_rad_s = 0.0;
+};
+
 /// Names and figures that make a robot a biped, as in its file (model::load_biped).
 struct BipedNames {
   std::array<std::string, 2> sole;          ///< links, left and right: frame S on the ground
@@ -26,6 +32,7 @@ struct BipedNames {
   double sole_inner_m = 0.0, sole_outer_m = 0.0;  ///< distance of the edges from S's x axis, > 0
   std::vector<std::pair<std::string, double>> half_sitting;  ///< joint, [rad]; others 0
   double step_s = 0.8;                                       ///< duration of one step of a walk
+  GaitMost gait = {};
 };
 
 /// Joints of a leg by their place in Biped::Leg::dof: three in the hip, the knee, two in the ankle.
@@ -38,7 +45,11 @@ struct Biped {
     int sole = -1;              ///< link
     int foot = -1;              ///< link that the last joint of the leg moves; carries the sole
     std::array<int, 6> dof{};   ///< from the pelvis to the foot, see LegJoint
-    Eigen::Vector3d ankle_S_m;  ///< where the last two axes meet, in S
+    Eigen::Vector3d ankle_S_m;  ///< where the last two axes meet or are nearest, in S
+    /// Centre of the hip, where its axes meet or are nearest, in the link that its last joint
+    /// moves; and of the ankle, in the link that its first joint moves. Within 1 µm of the frame's
+    /// origin: 0.
+    Eigen::Vector3d hip_T_m = Eigen::Vector3d::Zero(), ankle_A_m = Eigen::Vector3d::Zero();
     Eigen::Vector2d min_S_m, max_S_m;  ///< rectangle of the sole
   };
   RobotTree tree;
@@ -58,13 +69,15 @@ struct Biped {
   std::array<Gripper, 2> gripper{};     ///< grippers of the hands
   int head = -1;                        ///< link; -1: none
   double step_s = 0.8;                  ///< duration of one step of a walk
+  GaitMost gait = {};
 };
 
 /// @throws ConfigError that names robot and joint or link: a leg has not six revolute joints, does
 ///         not carry its sole, half-sitting breaks a limit or does not put both soles on one plane.
 Biped make_biped(RobotTree tree, const BipedNames& names);
 
-/// Distance from hip to knee plus distance from knee to ankle, in the zero posture [m].
+/// Distance from hip to knee plus distance from knee to ankle, in the zero posture [m]; the knee:
+/// the origin of its joint.
 double leg_length_m(const Biped& biped);
 
 /// Links that joints move, from link `above` (excluded) down to `link`; all of them if `above` does

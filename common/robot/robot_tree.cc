@@ -39,6 +39,8 @@ void check_range(const Link& link, const std::string& where) {
   }
 }
 
+constexpr double kRoundingOfMoments = 1e-6;
+
 void check_inertia(const Inertia& inertia, const std::string& where) {
   if (!(inertia.mass_kg >= 0.0) || !std::isfinite(inertia.mass_kg) || !inertia.com_m.allFinite()) {
     throw ConfigError(where + "mass " + number(inertia.mass_kg) + " kg, expected 0 or more");
@@ -52,7 +54,7 @@ void check_inertia(const Inertia& inertia, const std::string& where) {
                                       .computeDirect(I, Eigen::EigenvaluesOnly)
                                       .eigenvalues();
   // No principal moment of a body exceeds the sum of the other two
-  if (!(moments[0] > 0.0) || moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-6)) {
+  if (!(moments[0] > 0.0) || moments[2] > (moments[0] + moments[1]) * (1.0 + kRoundingOfMoments)) {
     throw ConfigError(where + "inertia with principal moments " + number(moments[0]) + ", " +
                       number(moments[1]) + ", " + number(moments[2]) +
                       " kg m², expected those of a body");
@@ -151,6 +153,101 @@ int RobotTree::require_joint(std::string_view name) const {
 bool RobotTree::carries(int ancestor, int index) const {
   while (index > ancestor) index = link(index).parent;
   return index == ancestor;
+}
+
+namespace {
+
+const double* place_of(const JointPlaces& places, const std::string& joint) {
+  const auto it = std::ranges::find(places, joint, &JointPlaces::value_type::first);
+  return it == places.end() ? nullptr : &it->second;
+}
+
+/// Where a joint is that is held, or that others follow.
+double place_of(const RobotTree& tree, const std::string& joint, const JointPlaces& fixed,
+                const JointPlaces& posture, int depth = 0) {
+  if (const double* at = place_of(fixed, joint)) return *at;
+  const Link& link = tree.moved(tree.require_joint(joint));
+  double at = 0.0;
+  if (!link.mimics.empty()) {
+    if (depth > tree.dof()) {
+      throw ConfigError(tree.name() + ": joint '" + joint +
+                        "' follows itself, expected another joint in its <mimic>");
+    }
+    at = link.mimic_factor * place_of(tree, link.mimics, fixed, posture, depth + 1) +
+         link.mimic_offset;
+  } else if (const double* asked = place_of(posture, joint)) {
+    at = *asked;
+  }
+  if (!std::isfinite(at)) {
+    throw ConfigError(tree.name() + ": joint '" + joint + "' follows '" + link.mimics +
+                      "' by no number, expected a multiplier and an offset");
+  }
+  return link.lower <= link.upper ? std::clamp(at, link.lower, link.upper) : at;
+}
+
+}  // namespace
+
+RobotTree held(const RobotTree& tree, const JointPlaces& fixed, const JointPlaces& posture) {
+  for (const auto& [joint, at] : fixed) {
+    const Link& link = tree.moved(tree.require_joint(joint));
+    constexpr double kRounding = 1e-6;
+    if (at >= link.lower - kRounding && at <= link.upper + kRounding) continue;
+    throw ConfigError(tree.name() + ": fixed: joint '" + joint + "' at " + number(at) +
+                      ", expected within its limits " + number(link.lower) + " .. " +
+                      number(link.upper));
+  }
+  std::vector<Link> links = tree.links();
+  for (Link& link : links) {
+    if (link.dof < 0 || (link.mimics.empty() && place_of(fixed, link.joint) == nullptr)) continue;
+    link.X_PJ = link.at(place_of(tree, link.joint, fixed, posture));
+    link.type = JointType::fixed;
+    link.mimics.clear();
+  }
+  return {tree.name(), std::move(links)};
+}
+
+RobotTree merged(const RobotTree& tree) {
+  std::vector<Link> links = tree.links();
+  for (std::size_t i = links.size(); i-- > 1;) {
+    if (links[i].dof >= 0) continue;
+    const Inertia own = std::exchange(links[i].inertia, {});
+    if (!(own.mass_kg >= 0.0) || !std::isfinite(own.mass_kg)) {
+      throw ConfigError(tree.name() + ": link '" + links[i].name + "': mass " +
+                        number(own.mass_kg) + " kg, expected 0 or more");
+    }
+    if (own.mass_kg == 0.0) continue;
+    Inertia& to = links[static_cast<std::size_t>(links[i].parent)].inertia;
+    const double mass = to.mass_kg + own.mass_kg;
+    const Eigen::Matrix3d& R = links[i].X_PJ.linear();
+    const Eigen::Vector3d own_com = links[i].X_PJ * own.com_m;
+    const Eigen::Vector3d com = (to.mass_kg * to.com_m + own.mass_kg * own_com) / mass;
+    const auto about = [&](double m, const Eigen::Vector3d& p) -> Eigen::Matrix3d {
+      const Eigen::Vector3d d = p - com;
+      return m * (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose());
+    };
+    to.about_com_kg_m2 += about(to.mass_kg, to.com_m) + R * own.about_com_kg_m2 * R.transpose() +
+                          about(own.mass_kg, own_com);
+    to.mass_kg = mass;
+    to.com_m = com;
+  }
+  return {tree.name(), std::move(links)};
+}
+
+RobotTree balanced(const RobotTree& tree, std::vector<std::string>* changed) {
+  std::vector<Link> links = tree.links();
+  for (Link& link : links) {
+    Eigen::Matrix3d& I = link.inertia.about_com_kg_m2;
+    if (!I.allFinite()) continue;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    Eigen::Vector3d m = solver.computeDirect(I).eigenvalues();
+    const double sum = m[0] + m[1];
+    if (!(m[0] > 0.0) || m[2] <= sum * (1.0 + kRoundingOfMoments)) continue;
+    m.head<2>() *= m[2] / sum;
+    const Eigen::Matrix3d R = solver.eigenvectors();
+    I = R * m.asDiagonal() * R.transpose();
+    if (changed != nullptr) changed->push_back(link.name);
+  }
+  return {tree.name(), std::move(links)};
 }
 
 }  // namespace mimesis::robot

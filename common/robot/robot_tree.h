@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace mimesis::robot {
@@ -76,12 +77,27 @@ class RobotTree {
   std::vector<int> moved_;  ///< link of every dof
 };
 
-/// What a URDF is read for.
-enum class UrdfUse { kinematics, dynamics };
+/// Where some joints are, by their names [rad] or [m].
+using JointPlaces = std::vector<std::pair<std::string, double>>;
+
+/// The robot with the joints of `fixed` held where it says, and with those that follow others by a
+/// gear held, too: where these are in `posture`, else at 0 or the limit nearest to it.
+/// @throws ConfigError that names a joint: unknown, held beyond its limits, or following itself
+RobotTree held(const RobotTree& tree, const JointPlaces& fixed, const JointPlaces& posture = {});
+
+/// The robot whose fixed links weigh nothing: the links that carry them have their masses. A fixed
+/// link may be a point: it needs no moment of inertia of its own.
+/// @throws ConfigError that names a fixed link whose mass is none
+RobotTree merged(const RobotTree& tree);
+
+/// The robot with inertias that no body has made those of bodies: where a principal moment exceeds
+/// the sum of the other two these are raised, as if the link were so much thicker. Moments that are
+/// not above 0 stay. @param changed  names of the links that it changed are added
+RobotTree balanced(const RobotTree& tree, std::vector<std::string>* changed = nullptr);
 
 /// Reads a URDF file: revolute, continuous, prismatic and fixed joints. Links come in the order of
 /// a walk from the root that goes down first, siblings by name of joint.
 /// @throws ConfigError "FILE: ELEMENT: what, expected ..." in one line
-RobotTree read_urdf(const std::string& file, UrdfUse use = UrdfUse::kinematics);
+RobotTree read_urdf(const std::string& file);
 
 }  // namespace mimesis::robot

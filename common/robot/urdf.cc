@@ -76,12 +76,25 @@ bool is_xacro(const std::string& text) {
   return false;
 }
 
+/// urdfdom leaves out the shape of a link whose material has no name, and a colour needs none.
+void name_materials(std::string& text) {
+  constexpr std::string_view kTag = "<material";
+  int count = 0;
+  for (std::size_t at = 0; (at = text.find(kTag, at)) != text.npos;) {
+    at += kTag.size();
+    const std::size_t next = text.find_first_not_of(" \t\r\n", at);
+    if (next != text.npos && (text[next] == '>' || text[next] == '/'))
+      text.insert(at, " name=\"unnamed_" + std::to_string(++count) + '"');
+  }
+}
+
 }  // namespace
 
 urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
-  const std::string text = read_text(file);
+  std::string text = read_text(file);
   if (is_xacro(text))
     throw ConfigError(file + ": is xacro, expected the URDF that `xacro FILE` prints");
+  name_materials(text);
   const Errors errors;
   urdf::ModelInterfaceSharedPtr model;
   std::string why;
@@ -175,7 +188,7 @@ void walk(const urdf::Link& link, int parent, const std::string& file, std::vect
 
 }  // namespace
 
-RobotTree read_urdf(const std::string& file, UrdfUse use) {
+RobotTree read_urdf(const std::string& file) {
   const urdf::ModelInterfaceSharedPtr model = parse_urdf(file);
   std::vector<Link> links;
   walk(*model->getRoot(), -1, file, links);
@@ -186,9 +199,7 @@ RobotTree read_urdf(const std::string& file, UrdfUse use) {
     }
   }
   try {
-    RobotTree tree(model->getName(), std::move(links));
-    if (use == UrdfUse::dynamics) tree.require_dynamics();
-    return tree;
+    return {model->getName(), std::move(links)};
   } catch (const ConfigError& e) {
     throw ConfigError(file + ": " + e.what());
   }

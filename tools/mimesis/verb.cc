@@ -4,8 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <exception>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
@@ -170,6 +172,16 @@ int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::Ap
     return 1;
   }
   return exit_code;
+}
+
+std::string yaml_word(const std::string& text) {
+  const bool plain = !text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) &&
+                     std::ranges::all_of(text, [](unsigned char c) {
+                       return std::isalnum(c) || c == '_' || c == '-' || c == '/' || c == '.';
+                     });
+  const bool word = text == "true" || text == "false" || text == "null" || text == "yes" ||
+                    text == "no" || text == "on" || text == "off";
+  return plain && !word ? text : nlohmann::json(text).dump();
 }
 
 }  // namespace mimesis::tool

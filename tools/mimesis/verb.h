@@ -117,4 +117,7 @@ inline std::string number_not_below_zero(const std::string& text) {
   return number && *number >= 0.0 ? "" : "expected 0 or more, found '" + text + "'";
 }
 
+/// `text` as a YAML scalar: in quotes unless it is a plain name.
+std::string yaml_word(const std::string& text);
+
 }  // namespace mimesis::tool

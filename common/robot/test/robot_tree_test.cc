@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "common/error.h"
+#include "common/robot/dynamics.h"
+#include "common/robot/kinematics.h"
 #include "common/robot/test/small_robot.h"
 #include "common/robot/test/test_bipeds.h"
 #include "common/testing/refusal.h"
@@ -49,7 +51,7 @@ TEST(RobotTree, ReadsLinksJointsAndMasses) {
 }
 
 std::string refusal_of_urdf(const std::string& urdf) {
-  return testing::refusal([&] { read_urdf(write_urdf(urdf), UrdfUse::dynamics); });
+  return testing::refusal([&] { read_urdf(write_urdf(urdf)).require_dynamics(); });
 }
 
 TEST(RobotTree, RefusesWhatIsNoRobotInOneLineThatNamesIt) {
@@ -76,7 +78,7 @@ TEST(RobotTree, RefusesWhatIsNoRobotInOneLineThatNamesIt) {
     ASSERT_NE(at, std::string::npos) << was;
     urdf.replace(at, was.size(), is);
     const std::string why = refusal_of_urdf(urdf);
-    EXPECT_NE(why.find("small.urdf: "), std::string::npos) << is << ": " << why;
+    EXPECT_NE(why.find("small"), std::string::npos) << is << ": " << why;
     EXPECT_NE(why.find(named), std::string::npos) << is << ": " << why;
     EXPECT_NE(why.find("expected"), std::string::npos) << is << ": " << why;
     EXPECT_EQ(why.find('\n'), std::string::npos) << why;
@@ -129,6 +131,63 @@ TEST(RobotTree, NamesXacro) {
     urdf.replace(urdf.find("</robot>"), 0, "<!-- " + std::string(part) + " -->");
     EXPECT_EQ(testing::refusal([&] { read_urdf(write_urdf(urdf)); }), "") << "a comment";
   }
+}
+
+/// A gripper's joints that follow another have no drive of their own.
+TEST(RobotTree, HoldsJointsAndThoseThatFollowOthers) {
+  std::string urdf = kSmallRobot;
+  const auto at = urdf.find("<child link=\"wheel\"/>");
+  urdf.insert(at, "<mimic joint=\"slide\" multiplier=\"-2\" offset=\"0.5\"/>");
+  const RobotTree tree = read_urdf(write_urdf(urdf));
+  ASSERT_EQ(tree.dof(), 3);
+  const RobotTree fewer = held(tree, {{"shoulder", 0.3}}, {{"slide", 0.1}});
+  ASSERT_EQ(fewer.joint_names(), std::vector<std::string>{"slide"});
+  Eigen::VectorXd q(3), one(1);
+  q[tree.require_joint("shoulder")] = 0.3;
+  one[0] = q[tree.require_joint("slide")] = 0.1;
+  q[tree.require_joint("turn")] = 0.5 - 2.0 * 0.1;
+  Kinematics all(tree), few(fewer);
+  all.update(Eigen::Isometry3d::Identity(), q);
+  few.update(Eigen::Isometry3d::Identity(), one);
+  for (int l = 0; l < 5; ++l)
+    EXPECT_LT((all.X_WL(l).matrix() - few.X_WL(l).matrix()).norm(), 1e-12) << tree.link(l).name;
+
+  EXPECT_NE(testing::refusal([&] {
+              held(tree, {{"shoulder", 2.5}});
+            }).find("'shoulder' at 2.5"),
+            std::string::npos);
+  EXPECT_NE(testing::refusal([&] {
+              held(tree, {{"elbow", 0.0}});
+            }).find("elbow"),
+            std::string::npos);
+  urdf.insert(urdf.find("<child link=\"rod\"/>"), "<mimic joint=\"turn\"/>");
+  const RobotTree circle = read_urdf(write_urdf(urdf));
+  EXPECT_NE(testing::refusal([&] { held(circle, {}); }).find("follows itself"), std::string::npos);
+}
+
+/// Sensors and covers often are points of some mass, on links that move.
+TEST(RobotTree, MassesOfFixedLinksGoToTheirCarriers) {
+  std::string urdf = kSmallRobot;
+  urdf.replace(urdf.find("<link name=\"tip\"/>"), 18,
+               "<link name=\"tip\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"0.25\"/>"
+               "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>"
+               "</inertial></link>");
+  const RobotTree tree = read_urdf(write_urdf(urdf)), whole = merged(tree);
+  EXPECT_THROW(tree.require_dynamics(), ConfigError);
+  whole.require_dynamics();
+  EXPECT_EQ(whole.link(whole.require_link("tip")).inertia.mass_kg, 0.0);
+  EXPECT_NEAR(whole.mass_kg(), tree.mass_kg(), 1e-12);
+  std::vector<Body> one = bodies_of(tree), other = bodies_of(whole);
+  ASSERT_EQ(one.size(), other.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_NEAR(one[i].mass, other[i].mass, 1e-12);
+    EXPECT_LT((one[i].first - other[i].first).norm(), 1e-12);
+    EXPECT_LT((one[i].inertia - other[i].inertia).norm(), 1e-12) << i;
+  }
+  urdf.replace(urdf.find("0.25"), 4, "-0.2");
+  const RobotTree negative = read_urdf(write_urdf(urdf));
+  EXPECT_NE(testing::refusal([&] { merged(negative); }).find("link 'tip': mass -0.2"),
+            std::string::npos);
 }
 
 TEST(RobotTree, RefusesLinksOutOfOrder) {

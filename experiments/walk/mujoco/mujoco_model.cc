@@ -43,6 +43,7 @@ class Writer {
 
   MujocoModel write() {
     model_.motors = hw::sim::motor_models(biped_, options_);
+    model_.body.resize(links_.size());
     add("<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n"
         "<option timestep=\"{}\" gravity=\"0 0 {}\" {}><flag autoreset=\"disable\"/></option>\n"
         "<default><geom friction=\"{} 0 0\" {}/></default>\n<worldbody>\n",
@@ -76,7 +77,7 @@ class Writer {
   }
 
   void body(int index) {
-    MIMESIS_ASSERT(index == bodies_++);  // MuJoCo numbers them depth first, as read_urdf() does
+    model_.body[static_cast<std::size_t>(index)] = bodies_++;  // depth first
     const robot::Link& link = links_[static_cast<std::size_t>(index)];
     add("<body name=\"{}\" {}>\n", link.name,
         place(link.parent < 0 ? X_WG_ * biped_.X_WB_half_sitting : link.X_PJ));
@@ -193,7 +194,7 @@ class Writer {
   const std::vector<robot::Link>& links_;
   const BodyOptions& options_;
   Eigen::Isometry3d X_WG_ = Eigen::Isometry3d::Identity();
-  int bodies_ = 0;
+  std::size_t bodies_ = 0;
   MujocoModel model_;
 };
 

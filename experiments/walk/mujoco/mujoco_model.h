@@ -15,6 +15,8 @@ struct MujocoModel {
   /// Joints whose motors are springs, in the order of the actuators, and those that are servos, in
   /// the order of the equalities.
   std::vector<int> springs, servos;
+  /// Number of each link's body, without the world's: frames of a robot's file hang where they do.
+  std::vector<std::size_t> body;
 
   static constexpr Eigen::Index kPose = 7;     ///< position, quaternion w x y z
   static constexpr Eigen::Index kContact = 9;  ///< force, torque, point that both are about; in W
@@ -25,8 +27,7 @@ struct MujocoModel {
 };
 
 /// The robot of the tree: masses, joints, limits; soles as boxes; motors and ground as in
-/// BodyWorld. Bodies are numbered like the tree's links, plus 1. It starts half-sitting, square on
-/// the ground.
+/// BodyWorld. It starts half-sitting, square on the ground.
 MujocoModel make_mujoco_model(const robot::Biped& biped, const hw::sim::BodyOptions& options);
 
 }  // namespace mimesis::walk

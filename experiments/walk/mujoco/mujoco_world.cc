@@ -90,7 +90,7 @@ void MujocoWorld::wish(long step, std::span<double> row) {
   for (const RunningPush& push : pushes_) {
     if (step < push.first_step || step >= push.last_step) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      row[at + 3 * static_cast<std::size_t>(push.link) + k] +=
+      row[at + 3 * model_.body[static_cast<std::size_t>(push.link)] + k] +=
           push.force_W_n[static_cast<Eigen::Index>(k)];
     }
   }

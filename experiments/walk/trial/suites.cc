@@ -126,7 +126,15 @@ std::vector<hw::sim::Plate> draw_plates(Draw& draw) {
   return plates;
 }
 
-std::vector<TrialSpec> thirty(const Robot& robot, const SuiteOptions& o, bool plates) {
+/// Impulses are those of biped.urdf, for the mass of another robot as much more or less.
+double push_share(const Robot& robot) {
+  constexpr double kMass_kg = 58.0;
+  return std::round(1e6 * robot.biped.tree.mass_kg() / kMass_kg) / 1e6;  // 1 for biped.urdf
+}
+
+/// `push_n_s`: every push is as large; 0: of up to 5 N s.
+std::vector<TrialSpec> thirty(const Robot& robot, const SuiteOptions& o, bool plates,
+                              double push_n_s = 0.0) {
   std::vector<TrialSpec> trials;
   Draw draw(o.seed);
   for (double speed : {0.1, 0.2, 0.3}) {
@@ -141,7 +149,8 @@ std::vector<TrialSpec> thirty(const Robot& robot, const SuiteOptions& o, bool pl
       spec.wish = wish_of(walk, arms);
       spec.duration_s = 16.0;
       for (double at = 2.5; at < 14.0; at += 3.37) {
-        spec.pushes.push_back(push(at + draw.between(0.0, 1.0), draw.between(0.0, 5.0),
+        const double when = at + draw.between(0.0, 1.0), drawn = draw.between(0.0, 5.0);
+        spec.pushes.push_back(push(when, push_share(robot) * (push_n_s > 0.0 ? push_n_s : drawn),
                                    draw.between(-std::numbers::pi, std::numbers::pi)));
       }
       if (plates) spec.body.plates = draw_plates(draw);
@@ -169,12 +178,43 @@ std::vector<TrialSpec> pushes(const Robot& robot, const SuiteOptions& o) {
         if (speed == 0.0) walk.until_s = 0.0;
         spec.wish = wish_of(walk, arms);
         spec.duration_s = speed > 0.0 ? 9.0 : 7.0;
-        spec.pushes.push_back(push(at, speed > 0.0 ? 10.0 : 15.0, angle));
+        spec.pushes.push_back(push(at, push_share(robot) * (speed > 0.0 ? 10.0 : 15.0), angle));
         spec.name = fmt::format("{} towards {} deg at {:.2f} s",
                                 speed > 0.0 ? "walking" : "standing", 45 * direction, at);
         trials.push_back(std::move(spec));
       }
     }
+  }
+  return trials;
+}
+
+/// Bounds: see make_suite(). Draws in one order, so that a trial is the same whatever its number of
+/// companions.
+std::vector<TrialSpec> random200(const Robot& robot, const SuiteOptions& o) {
+  constexpr int kTrials = 200;
+  std::vector<TrialSpec> trials;
+  Draw draw(o.seed);
+  for (int i = 0; i < kTrials; ++i) {
+    TrialSpec spec = plain(robot, o, trials.size());
+    const bool stands = draw.between(0.0, 1.0) < 0.2;
+    Walk walk;
+    walk.velocity_m_s = {draw.between(0.0, 0.3), draw.between(-0.05, 0.05)};
+    walk.turn_rad_s = draw.between(-0.15, 0.15);
+    if (stands) walk.until_s = 0.0;
+    spec.wish = wish_of(walk, Arms(robot.biped, draw.between(0.0, 1.0), draw.between(0.3, 0.6)));
+    spec.duration_s = 12.0;
+    const double at_s = draw.between(3.0, 8.0), n_s = draw.between(5.0, 20.0);
+    hw::sim::Push one =
+        push(at_s, push_share(robot) * n_s, draw.between(-std::numbers::pi, std::numbers::pi));
+    one.duration_s = draw.between(0.05, 0.5);
+    spec.pushes.push_back(one);
+    spec.body.friction = draw.between(0.4, 0.9);
+    spec.body.payload_kg = draw.between(0.0, 0.1) * robot.biped.tree.mass_kg();
+    spec.delay_ticks = draw.coin() ? o.delay_ticks : o.delay_ticks + 1;
+    spec.lost_share = draw.between(0.0, 0.2);
+    spec.name = fmt::format("{} {}: {:.0f} N s in {:.2f} s", stands ? "stands" : "walks", i, n_s,
+                            one.duration_s);
+    trials.push_back(std::move(spec));
   }
   return trials;
 }
@@ -254,7 +294,8 @@ void set_up(const SuiteOptions& options, std::size_t number, hw::sim::BodyOption
 }
 
 const std::vector<std::string>& suite_names() {
-  static const std::vector<std::string> names{"steps30", "plates30", "pushes", "speeds", "naive"};
+  static const std::vector<std::string> names{"steps30",   "plates30", "walks30", "pushes",
+                                              "random200", "speeds",   "naive"};
   return names;
 }
 
@@ -262,7 +303,9 @@ std::vector<TrialSpec> make_suite(const std::string& name, const Robot& robot,
                                   const SuiteOptions& options) {
   if (name == "steps30") return thirty(robot, options, false);
   if (name == "plates30") return thirty(robot, options, true);
+  if (name == "walks30") return thirty(robot, options, false, 10.0);
   if (name == "pushes") return pushes(robot, options);
+  if (name == "random200") return random200(robot, options);
   if (name == "speeds") return speeds(robot, options);
   if (name == "naive") return naive(robot, options);
   throw ConfigError("--suite: there is no '" + name + "'");
@@ -311,6 +354,10 @@ ordered_json to_json(const TrialResult& r) {
   j["saturated_ticks"] = r.saturated_ticks;
   j["self_collisions"] = collisions_json(r.self);
   j["furniture_collisions"] = collisions_json(r.furniture);
+  if (r.pushed) {
+    j["capturable"] = r.pushed->capturable;
+    j["beyond_capture_m"] = r.pushed->beyond_m;
+  }
   j["trouble"] = r.trouble;
   j["tick_s"] = {{"p50", r.tick_p50_s}, {"p99", r.tick_p99_s}, {"max", r.tick_max_s}};
   j["real_time_factor"] = r.real_time_factor;
@@ -319,10 +366,14 @@ ordered_json to_json(const TrialResult& r) {
 
 ordered_json summary_json(std::span<const TrialResult> results) {
   ordered_json falls = ordered_json::array();
-  int self = 0, furniture = 0;
+  int self = 0, furniture = 0, capturable = 0, captured = 0, pushed = 0;
   double step = 0.0, dcm = 0.0, ankle = 0.0, ankle_slow = 0.0, normal = 0.0, p99 = 0.0, tilt = 0.0;
   for (const TrialResult& r : results) {
     const hw::sim::WalkFigures& f = r.figures;
+    pushed += r.pushed.has_value();
+    const bool can = r.pushed && r.pushed->capturable;
+    capturable += can;
+    captured += can && !f.fell;
     if (f.fell) {
       falls.push_back({{"name", r.name}, {"how", f.how}, {"at_s", r.fell_at_s}});
       continue;  // measures of a falling robot do not describe walking
@@ -340,6 +391,9 @@ ordered_json summary_json(std::span<const TrialResult> results) {
   return {{"trials", results.size()},
           {"falls", falls.size()},
           {"fell", falls},
+          {"pushed", pushed},
+          {"capturable", capturable},
+          {"captured", captured},
           {"step_error_max_m", step},
           {"dcm_max_m", dcm},
           {"tilt_error_max_rad", tilt},

@@ -92,10 +92,18 @@ void set_up(const SuiteOptions& options, std::size_t number, hw::sim::BodyOption
 ///   steps30  thirty walks of 16 s at 0.1, 0.2 and 0.3 m/s with moving arms, turning, side drift,
 ///            changes of speed and pushes of up to 5 N s
 ///   plates30 the same walks over plates of 5 mm that the robot does not know
+///   walks30  the same walks with pushes of 10 N s
 ///   pushes   15 N s standing and 10 N s walking at 0.2 m/s from eight sides, early and late in
 ///            a step
+///   random200  two hundred robots that stand (one in five) or walk at up to 0.3 m/s, turning, arms
+///            swinging by up to 1 rad, are pushed once: 5 to 20 N s within 0.05 to 0.5 s, from 3 to
+///            8 s, from any side; friction 0.4 to 0.9, up to a tenth of the robot's mass unknown in
+///            the trunk, sensors a tick later in every second, up to 20 % of their readings lost.
+///            All evenly drawn from the seed. Whether steps can capture the push is told:
+///            capturability()
 ///   speeds   steady walks: forward, back, sideways, turning, with arms
 ///   naive    the speeds without stabilizer and filter, which must be able to fall
+/// Impulses are those of biped.urdf: for another robot's mass as much more or less.
 /// Arms that are heavier for their robot than those of biped.urdf swing less, so that they disturb
 /// it no more: JVRC-1's by less than a half.
 /// @param robot  outlives the trials. @throws ConfigError for another name

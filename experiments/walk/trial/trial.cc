@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <deque>
+#include <random>
 
 #include "common/error.h"
 #include "common/math/so3.h"
@@ -111,6 +112,12 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
             settles = static_cast<int>(std::lround(settle_s(spec) / kTick_s));
   std::deque<walker::Sensors> on_their_way(std::size_t(spec.delay_ticks),
                                            to_walker(world.sensors()));
+  std::mt19937_64 losses(spec.body.seed);
+  const auto lost = [&] { return double(losses() >> 11) * 0x1p-53 < spec.lost_share; };
+  const double omega_1_s = std::sqrt(robot::kGravity / biped.com_height_m);
+  const walker::GaitSettings gait =
+      spec.walker.gait ? *spec.walker.gait : walker::gait_settings(biped);
+  std::optional<Capturability> pushed;
   std::vector<double> times;
   times.reserve(std::size_t(ticks));
   Clock::duration physics{};
@@ -120,7 +127,7 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
   bool ends = false;
   for (int k = -settles; k < ticks && !truth.fell && !ends; ++k) {
     if (spec.wish) wish = spec.wish(std::max(k, 0) * kTick_s);
-    on_their_way.push_back(to_walker(world.sensors()));
+    on_their_way.push_back(lost() ? on_their_way.back() : to_walker(world.sensors()));
     const auto before = Clock::now();
     const walker::WalkerOutput& out = walker.step(wish, on_their_way.front());
     const auto after = Clock::now();
@@ -130,10 +137,19 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
     if (k < 0) continue;
     times.push_back(seconds(after - before));
     observer.tick(out, truth);
+    if (!spec.pushes.empty() && !pushed &&
+        k * kTick_s >= spec.pushes.front().at_s + spec.pushes.front().duration_s) {
+      const Eigen::Isometry2d X_PT = hw::sim::truth_to_plan(planned_ground(out.pattern), truth);
+      pushed = capturability(
+          biped, gait, out.pattern,
+          X_PT * truth.com_W_m.head<2>() + X_PT.linear() * truth.com_v_W.head<2>() / omega_1_s,
+          omega_1_s);
+    }
     watch(out, ends);
   }
   TrialResult result = observer.result();
   result.name = spec.name;
+  result.pushed = pushed;
   if (result.fell_at_s > 0.0) result.fell_at_s -= settle_s(spec);
   result.self = truth.self;
   result.furniture = truth.furniture;

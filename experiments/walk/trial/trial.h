@@ -1,7 +1,9 @@
 #pragma once
 #include <functional>
+#include <optional>
 #include <span>
 
+#include "experiments/walk/trial/capture.h"
 #include "hw/sim/body/walk_judge.h"
 #include "nodes/walker/walker.h"
 
@@ -33,7 +35,8 @@ struct TrialSpec {
   std::function<walker::WalkerWish(double)> wish;
   std::vector<hw::sim::Push> pushes;
   double duration_s = 10.0;
-  int delay_ticks = 1;  ///< delay of sensor readings on their way to the walker
+  int delay_ticks = 1;      ///< delay of sensor readings on their way to the walker
+  double lost_share = 0.0;  ///< of the readings; the walker has the one before in their place
   Engine engine = Engine::dart;
 };
 
@@ -61,6 +64,8 @@ struct TrialResult {
   double reach_error_m = 0.0;       ///< error of a wished hand at the end; 0 without one
   int limited_ticks = 0, clipped_ticks = 0, failed_ticks = 0, saturated_ticks = 0;
   hw::sim::Collisions self, furniture;
+  /// The state after the first push, if there is one, by a bound on what steps can capture.
+  std::optional<Capturability> pushed;
   std::string trouble;  ///< first one that the walker told
   /// Times of Walker::step on this machine; not reproducible.
   double tick_p50_s = 0.0, tick_p99_s = 0.0, tick_max_s = 0.0;

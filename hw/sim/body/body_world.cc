@@ -41,7 +41,7 @@ struct BodyWorld::Impl {
   Impl(const robot::Biped& robot, const std::string& file, const BodyOptions& wanted)
       : biped(robot),
         options(wanted),
-        body(make_dart_body(biped, file, options)),
+        body(make_dart_body(biped, options)),
         obstacles(biped, file, options.drawer, body),
         motors(biped, body, options),
         loads(biped, options.payload_kg, options.dt_s),
@@ -294,6 +294,9 @@ namespace {
 constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
 constexpr double kAnkleBush_n_m_rad = 1500.0;
 constexpr double kDamping_s = 0.003;  ///< share of the stiffness
+/// Less damping for what is lighter: the foot of G1 (4e-4) gave way by 60 mrad under 4 N m
+/// [docs/walking.md 7.2].
+constexpr double kLightFoot_kg_m2 = 6.5e-3;
 
 /// Between the root and the trunk: bears the upper body.
 bool bears_trunk(const robot::Biped& biped, int joint) {
@@ -322,6 +325,24 @@ bool in_knee(const robot::Biped& biped, int joint) {
                      [&](const robot::Biped::Leg& leg) { return leg.dof[robot::kKnee] == joint; });
 }
 
+/// Inertia about the joint's axis of all that it carries, half-sitting [kg m²].
+double inertia_beyond(const robot::Biped& biped, const robot::Kinematics& kinematics, int joint) {
+  const robot::RobotTree& tree = biped.tree;
+  const int moved = tree.moved_link(joint);
+  const Eigen::Isometry3d& X = kinematics.X_WL(moved);
+  const Eigen::Vector3d axis = X.linear() * tree.link(moved).axis;
+  double sum = 0.0;
+  for (int l = moved; l < static_cast<int>(tree.links().size()); ++l) {
+    if (!tree.carries(moved, l)) continue;
+    const robot::Inertia& own = tree.link(l).inertia;
+    const Eigen::Isometry3d& X_L = kinematics.X_WL(l);
+    const Eigen::Vector3d axis_L = X_L.linear().transpose() * axis;
+    sum += own.mass_kg * axis.cross(X_L * own.com_m - X.translation()).squaredNorm() +
+           axis_L.dot(own.about_com_kg_m2 * axis_L);
+  }
+  return sum;
+}
+
 /// A URDF that says nothing about a motor does not limit it.
 double or_infinite(double limit) {
   return limit > 0.0 ? limit : std::numeric_limits<double>::infinity();
@@ -331,6 +352,8 @@ double or_infinite(double limit) {
 
 std::vector<MotorModel> motor_models(const robot::Biped& biped, const BodyOptions& options) {
   std::vector<MotorModel> motors(static_cast<std::size_t>(biped.tree.dof()));
+  robot::Kinematics kinematics(biped.tree);
+  kinematics.update(biped.X_WB_half_sitting, biped.half_sitting);
   for (std::size_t i = 0; i < motors.size(); ++i) {
     const int joint = static_cast<int>(i);
     const robot::Link& link = biped.tree.moved(joint);
@@ -342,6 +365,10 @@ std::vector<MotorModel> motor_models(const robot::Biped& biped, const BodyOption
     motor.stiffness_n_m_rad =
         bush ? kAnkleBush_n_m_rad : (strong ? kStrong_n_m_rad : options.arm_stiffness_n_m_rad);
     motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;
+    if (in_leg(biped, joint)) {
+      motor.damping_n_m_s_rad *=
+          std::min(1.0, inertia_beyond(biped, kinematics, joint) / kLightFoot_kg_m2);
+    }
     motor.speed_rad_s = options.motor_speed_share * or_infinite(link.max_speed);
     motor.torque_n_m = options.motor_torque_share * or_infinite(link.max_effort);
     if (options.ankle_pitch_n_m > 0.0 && pitches_ankle(biped, joint)) {

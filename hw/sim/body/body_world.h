@@ -122,8 +122,9 @@ struct BodyTruth {
 /// thread an instance.
 class BodyWorld {
  public:
-  /// Reads the same URDF as RobotTree did (shapes are ignored); half-sitting on the ground.
-  /// @throws ConfigError if DART cannot read it, it is another robot, or a plate has no size
+  /// Half-sitting on the ground. `urdf_file`: of the same robot, for the boxes of its links.
+  /// Precondition: as of model::load_biped, every link that moves has a mass, fixed ones have none.
+  /// @throws ConfigError if the file cannot be read, or a plate has no size
   BodyWorld(const robot::Biped& biped, const std::string& urdf_file, const BodyOptions& options);
   ~BodyWorld();
   BodyWorld(const BodyWorld&) = delete;

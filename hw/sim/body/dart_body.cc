@@ -1,7 +1,5 @@
 #include "hw/sim/body/dart_body.h"
 
-#include <tinyxml2.h>
-
 #include <algorithm>
 #include <cmath>
 #include <dart/collision/CollisionObject.hpp>
@@ -13,11 +11,12 @@
 #include <dart/dynamics/DegreeOfFreedom.hpp>
 #include <dart/dynamics/FreeJoint.hpp>
 #include <dart/dynamics/Joint.hpp>
+#include <dart/dynamics/PrismaticJoint.hpp>
+#include <dart/dynamics/RevoluteJoint.hpp>
 #include <dart/dynamics/ShapeNode.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
 #include <dart/simulation/World.hpp>
-#include <dart/utils/urdf/DartLoader.hpp>
 #include <limits>
 
 #include "common/error.h"
@@ -32,89 +31,43 @@ using dart::dynamics::SkeletonPtr;
 
 constexpr double kGroundHalf_m = 50.0, kGroundDepth_m = 1.0;
 constexpr double kSoleThickness_m = 0.04;
-/// Mass of a link without inertia: DART needs one, and the robot must not feel it.
-constexpr double kNoMass_kg = 1e-9;
 
-/// The URDF without shapes: meshes may be anywhere, and contacts do not come from the file.
-std::string without_shapes(const std::string& file) {
-  tinyxml2::XMLDocument document;
-  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
-    throw ConfigError(file + ": " + document.ErrorStr() + ", expected a URDF file");
-  }
-  auto* robot = document.FirstChildElement("robot");
-  for (auto* link = robot != nullptr ? robot->FirstChildElement("link") : nullptr; link != nullptr;
-       link = link->NextSiblingElement("link")) {
-    for (const char* shape : {"visual", "collision"}) {
-      while (auto* element = link->FirstChildElement(shape)) link->DeleteChild(element);
-    }
-  }
-  tinyxml2::XMLPrinter printer;
-  document.Print(&printer);
-  return printer.CStr();
-}
-
-SkeletonPtr load(const std::string& file) {
-  const dart::dynamics::Inertia none(kNoMass_kg, Eigen::Vector3d::Zero(),
-                                     kNoMass_kg * 1e-2 * Eigen::Matrix3d::Identity());
-  dart::utils::DartLoader loader(dart::utils::DartLoader::Options(
-      nullptr, dart::utils::DartLoader::RootJointType::FLOATING, none));
-  const SkeletonPtr robot =
-      loader.parseSkeletonString(without_shapes(file), dart::common::Uri::createFromPath(file));
-  if (robot == nullptr || robot->getNumBodyNodes() == 0) {
-    throw ConfigError(file + ": DART cannot read it, expected a URDF file");
-  }
-  return robot;
-}
-
-[[noreturn]] void refuse(const std::string& file, const robot::RobotTree& tree,
-                         const std::string& what) {
-  throw ConfigError(file + ": " + what + ", expected the file of robot '" + tree.name() + "'");
-}
-
-/// Finds the tree's joints in what DART read, and refuses another robot.
-void map_joints(const robot::RobotTree& tree, const std::string& file, DartBody& body) {
-  for (int i = 0; i < tree.dof(); ++i) {
-    const std::string& name = tree.moved(i).joint;
-    auto* joint = body.robot->getJoint(name);
-    if (joint == nullptr || joint->getNumDofs() != 1) {
-      refuse(file, tree, "no moving joint '" + name + "'");
-    }
-    body.dof.push_back(joint->getDof(0));
-  }
-  if (dynamic_cast<const dart::dynamics::FreeJoint*>(body.robot->getJoint(0)) == nullptr) {
-    refuse(file, tree, "its root does not float");
-  }
-  const auto joints = static_cast<int>(body.robot->getNumDofs()) - 6;
-  if (joints != tree.dof()) refuse(file, tree, std::to_string(joints) + " moving joints");
-  if (std::abs(body.robot->getMass() - tree.mass_kg()) > 1e-6) {
-    refuse(file, tree, std::to_string(body.robot->getMass()) + " kg");
-  }
-}
-
-/// Finds the links. Frames without mass that carry nothing are taken out of DART, which would move
-/// them through every impulse.
-void map_links(const robot::RobotTree& tree, const std::string& file, DartBody& body) {
-  const std::vector<robot::Link>& links = tree.links();
-  std::vector<bool> body_needed(links.size(), false);
-  for (std::size_t i = links.size(); i-- > 0;) {
-    const bool moves = links[i].type != robot::JointType::fixed;
-    if (moves || links[i].parent < 0 || links[i].inertia.mass_kg > 0.0) body_needed[i] = true;
-    if (body_needed[i] && links[i].parent >= 0) {
-      body_needed[static_cast<std::size_t>(links[i].parent)] = true;
-    }
-  }
-  for (std::size_t i = links.size(); i-- > 0;) {  // the tree may have frames that the file lacks
-    auto* node = body_needed[i] ? nullptr : body.robot->getBodyNode(links[i].name);
-    if (node != nullptr) node->remove();
-  }
-  for (const robot::Link& link : links) {  // parents come first
-    if (!body_needed[body.link.size()]) {
+/// The robot: a body for the root and for every link that a joint moves, with what is fixed to it.
+/// Masses of fixed links are in `biped` with the links that carry them (robot::merged), and frames
+/// are none of DART's bodies, which would move them through every impulse.
+void add_robot(const robot::RobotTree& tree, DartBody& body) {
+  using dart::dynamics::FreeJoint, dart::dynamics::PrismaticJoint, dart::dynamics::RevoluteJoint;
+  body.robot = Skeleton::create(tree.name());
+  for (const robot::Link& link : tree.links()) {  // parents come first
+    if (link.parent >= 0 && link.dof < 0) {
       const DartLink& parent = body.at(link.parent);
       body.link.push_back({parent.node, parent.X_NL * link.X_PJ});
       continue;
     }
-    body.link.push_back({body.robot->getBodyNode(link.name), Eigen::Isometry3d::Identity()});
-    if (body.link.back().node == nullptr) refuse(file, tree, "no link '" + link.name + "'");
+    BodyNode::Properties node;
+    node.mName = link.name;
+    node.mInertia = dart::dynamics::Inertia(link.inertia.mass_kg, link.inertia.com_m,
+                                            link.inertia.about_com_kg_m2);
+    if (link.parent < 0) {
+      FreeJoint::Properties root;
+      root.mName = "rootJoint";
+      auto [joint, own] = body.robot->createJointAndBodyNodePair<FreeJoint>(nullptr, root, node);
+      body.link.push_back({own});
+      continue;
+    }
+    const DartLink& parent = body.at(link.parent);
+    const auto add = [&]<class Joint>(Joint*) {
+      typename Joint::Properties joint;
+      joint.mName = link.joint;
+      joint.mT_ParentBodyToJoint = parent.X_NL * link.X_PJ;
+      joint.mAxis = link.axis;
+      return body.robot->createJointAndBodyNodePair<Joint>(parent.node, joint, node).second;
+    };
+    BodyNode* own = link.type == robot::JointType::prismatic
+                        ? add(static_cast<PrismaticJoint*>(nullptr))
+                        : add(static_cast<RevoluteJoint*>(nullptr));
+    body.link.push_back({own});
+    body.dof.push_back(own->getParentJoint()->getDof(0));
   }
 }
 
@@ -209,16 +162,13 @@ Eigen::Vector3d DartBody::velocity(int index) const {
 
 Eigen::Isometry3d DartBody::X_WB() const { return robot->getBodyNode(0)->getWorldTransform(); }
 
-DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
-                        const BodyOptions& options) {
+DartBody make_dart_body(const robot::Biped& biped, const BodyOptions& options) {
   for (const Plate& plate : options.plates) {
     if (plate.height_m > 0.0) continue;
     throw ConfigError("simulated body: a plate has no size, expected half_m and height_m above 0");
   }
   DartBody body;
-  body.robot = load(urdf_file);
-  map_joints(biped.tree, urdf_file, body);
-  map_links(biped.tree, urdf_file, body);
+  add_robot(biped.tree, body);
   body.R_WG = ground_rotation(options.slope_rad);
   BodyNode& trunk = *body.at(biped.trunk).node;
   trunk.setMass(trunk.getMass() + options.payload_kg);

@@ -34,9 +34,9 @@ struct DartBody {
   Eigen::Isometry3d X_WB() const;
 };
 
-/// Robot, ground and plates, the robot standing half-sitting. @throws ConfigError
-DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
-                        const BodyOptions& options);
+/// Robot, ground and plates, the robot standing half-sitting. Precondition: every link that moves
+/// has a mass, fixed ones have none. @throws ConfigError if a plate has no size
+DartBody make_dart_body(const robot::Biped& biped, const BodyOptions& options);
 
 /// Forces of the ground on the soles in one step of the world.
 struct GroundContact {

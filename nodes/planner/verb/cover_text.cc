@@ -3,20 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <nlohmann/json.hpp>
+
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
-
-std::string yaml_word(const std::string& text) {
-  const bool plain = !text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) &&
-                     std::ranges::all_of(text, [](unsigned char c) {
-                       return std::isalnum(c) || c == '_' || c == '-' || c == '/' || c == '.';
-                     });
-  const bool word = text == "true" || text == "false" || text == "null" || text == "yes" ||
-                    text == "no" || text == "on" || text == "off";
-  return plain && !word ? text : nlohmann::json(text).dump();
-}
 
 std::vector<std::pair<std::string, std::string>> touching_at_home(
     const model::CoveredArm& covered) {

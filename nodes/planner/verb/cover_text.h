@@ -7,9 +7,6 @@
 
 namespace mimesis::tool {
 
-/// `text` as a YAML scalar: in quotes unless it is a plain name.
-std::string yaml_word(const std::string& text);
-
 /// Groups that are checked against each other, but touch at the arm's home.
 std::vector<std::pair<std::string, std::string>> touching_at_home(const model::CoveredArm& covered);
 /// A line for each pair that always touches, or does at home.

@@ -57,5 +57,27 @@ void whole_body(benchmark::State& state) {
 }
 BENCHMARK(whole_body)->Name("filter/sample");
 
+/// A leg's posture from the one a sample of the filter (35 ms) before, along a stride of 0.3 m with
+/// the foot up by 50 mm; the hip's axes miss each other by the
+/// argument.
+void leg_ik(benchmark::State& state) {
+  const double miss_m = 1e-3 * static_cast<double>(state.range(0));
+  const robot::Biped biped =
+      robot::odd_biped("left_2", -Eigen::Vector3d::UnitZ(), {miss_m, 0.0, miss_m});
+  const robot::LegIk ik(biped, kLeft);
+  robot::LegIk::Vector6d q = biped.half_sitting(biped.leg[kLeft].dof);
+  Percentiles times;
+  int i = 0;
+  for (auto _ : state) {
+    const double phase = 0.05 * 2.0 * 3.14159265358979 * (i++ % 20);
+    Eigen::Isometry3d X_BS = biped.X_WB_half_sitting.inverse();
+    X_BS.translation() +=
+        Eigen::Vector3d(0.15 * std::cos(phase), 0.1, 0.1 + 0.05 * std::max(0.0, std::sin(phase)));
+    times.time([&] { q = ik.solve(X_BS, 0.01, &q).q; });
+  }
+  times.report(state);
+}
+BENCHMARK(leg_ik)->Name("leg_ik/axes_miss_by_mm")->Arg(0)->Arg(20)->Iterations(200000);
+
 }  // namespace
 }  // namespace mimesis::walker

@@ -14,6 +14,9 @@ namespace {
 /// that. Undisturbed walks of 0.35 m/s keep 0.5 rad.
 constexpr double kRigidBend_rad = 0.1, kFreeBend_rad = 0.3;
 
+/// A leg that is straighter is stretched.
+constexpr double kStraight_rad = 0.01;
+
 using Eigen::Isometry3d, Eigen::Vector3d;
 
 /// Time between the postures of central differences: exact to 1e-7 of walking's accelerations;
@@ -76,6 +79,10 @@ WholeBody::WholeBody(const robot::Biped& biped, double com_height_m)
   robot::Kinematics kinematics(biped.tree);
   kinematics.update(Isometry3d::Identity(), biped.half_sitting);
   com_B_ = kinematics.com();
+  for (Posture& posture : posture_) {
+    for (const Side side : robot::kSides)
+      posture.leg[side] = biped.half_sitting(biped.leg[side].dof);
+  }
   measure_lag();
 }
 
@@ -125,7 +132,8 @@ void WholeBody::stand(const Vector3d& lever_B, Posture& out) {
   out.X_WB.translation() = out.com_W - out.X_WB.linear() * lever_B;
   const Isometry3d X_BW = out.X_WB.inverse();
   for (const Side side : robot::kSides) {
-    const robot::LegIk::Result leg = ik_[side].solve(X_BW * out.X_WS[side]);
+    const robot::LegIk::Result leg =
+        ik_[side].solve(X_BW * out.X_WS[side], kStraight_rad, &out.leg[side]);
     out.leg[side] = leg.q;
     out.freedom[side] = leg.stretched || leg.limited ? 0.0 : freedom(leg.bend_rad);
   }

@@ -16,7 +16,7 @@ struct UpperBody {
 /// construction.
 class WholeBody {
  public:
-  /// The biped outlives it. @throws ConfigError if a leg has no closed-form inverse kinematics
+  /// The biped outlives it. @throws ConfigError as robot::LegIk
   WholeBody(const robot::Biped& biped, double com_height_m);
 
   /// Contribution of an upper body to the centre of mass: mass · CoM in B a little earlier, now and

@@ -58,14 +58,25 @@ GaitSettings gait_settings(const robot::Biped& biped) {
   const robot::Biped::Leg& leg = biped.leg[kLeft];
   const double ahead = std::min(-leg.min_S_m.x(), leg.max_S_m.x());
   const double aside = std::min(-leg.min_S_m.y(), leg.max_S_m.y());
+  // What the feedback needs beside the plan is no smaller on small soles: errors of the senses are
+  // not. G1 (soles of 60 mm) walks with it, and falls without.
+  constexpr double kForFeedback_m = 0.02, kLeast_m = 0.005;
   s.zmp_half_m = {standard.zmp_half_m.x() * ahead / kSoleBack_m,
-                  standard.zmp_half_m.y() * aside / kSoleInner_m};
+                  std::min(standard.zmp_half_m.y() * aside / kSoleInner_m,
+                           std::max(aside - kForFeedback_m, kLeast_m))};
   s.narrowest_step_m *= s.feet_distance_m / standard.feet_distance_m;
   s.widest_step_m *= scale;
   s.longest_step_m *= scale;
   s.step_height_m *= scale;
   s.most_forward_m_s *= scale;
   s.most_sideways_m_s *= scale;
+  const auto own = [](double value, double& out) {
+    if (value > 0.0) out = value;
+  };
+  own(biped.gait.step_height_m, s.step_height_m);
+  own(biped.gait.most_forward_m_s, s.most_forward_m_s);
+  own(biped.gait.most_sideways_m_s, s.most_sideways_m_s);
+  own(biped.gait.most_turn_rad_s, s.most_turn_rad_s);
   check(s);
   return s;
 }

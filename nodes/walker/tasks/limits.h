@@ -24,13 +24,14 @@ class LegRoom {
       leg.knee = biped.leg[side].dof[robot::kKnee];
       leg.thigh = begins_at(biped, side, robot::kHipLast);
       leg.ankle = begins_at(biped, side, robot::kAnkleFirst);
+      leg.hip_T_m = biped.leg[side].hip_T_m;
+      leg.ankle_A_m = biped.leg[side].ankle_A_m;
       // Distance of two points on either side of a hinge: l² = m + c cos q + s sin q.
       const auto squared = [&](double angle) {
         Eigen::VectorXd q = biped.half_sitting;
         q[leg.knee] = angle;
         kinematics.update(Eigen::Isometry3d::Identity(), q);
-        return (kinematics.X_WL(leg.thigh).translation() - kinematics.X_WL(leg.ankle).translation())
-            .squaredNorm();
+        return (leg.hip_W(kinematics) - leg.ankle_W(kinematics)).squaredNorm();
       };
       const double zero = squared(0.0), half = squared(std::numbers::pi),
                    quarter = squared(0.5 * std::numbers::pi);
@@ -59,9 +60,8 @@ class LegRoom {
   double rise_m(const Tick& tick) {
     std::array<Eigen::Vector3d, 2> hip, with_com, going_on;
     for (const Side side : robot::kSides) {
-      hip[side] = tick.kinematics.X_WL(leg_[side].thigh).translation();
-      with_com[side] =
-          hip[side] - tick.kinematics.X_WL(leg_[side].ankle).translation() - tick.feet_way_m[side];
+      hip[side] = leg_[side].hip_W(tick.kinematics);
+      with_com[side] = hip[side] - leg_[side].ankle_W(tick.kinematics) - tick.feet_way_m[side];
       with_com[side].head<2>() += tick.com_way_m.head<2>();
       going_on[side] = with_com[side];
       if (!has_before_) continue;
@@ -103,8 +103,11 @@ class LegRoom {
 
   struct Leg {
     int knee = 0, thigh = 0, ankle = 0;  // dof; links that begin at hip and ankle
+    Eigen::Vector3d hip_T_m, ankle_A_m;  // in these
     double straight_rad = 0.0, middle_m2 = 0.0, swing_m2 = 0.0;
 
+    Eigen::Vector3d hip_W(const robot::Kinematics& k) const { return k.X_WL(thigh) * hip_T_m; }
+    Eigen::Vector3d ankle_W(const robot::Kinematics& k) const { return k.X_WL(ankle) * ankle_A_m; }
     double length_m2(double bend_rad) const { return middle_m2 + swing_m2 * std::cos(bend_rad); }
     double bend_rad(double length) const {
       return std::acos(std::clamp((length - middle_m2) / swing_m2, -1.0, 1.0));

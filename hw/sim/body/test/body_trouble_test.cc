@@ -191,7 +191,7 @@ class DamagedUrdf {
   std::filesystem::path path_;
 };
 
-TEST(BodyTrouble, AnotherRobotsFileIsRefused) {
+TEST(BodyTrouble, AFileThatIsNoRobotsIsRefused) {
   const TestRobot robot = test_robot();
   const auto damaged = [&](const std::string& what, const std::string& by) {
     const DamagedUrdf file(robot.urdf, what, by);
@@ -199,13 +199,6 @@ TEST(BodyTrouble, AnotherRobotsFileIsRefused) {
   };
   EXPECT_NE(refusal(robot, "/nowhere.urdf", {}).find("/nowhere.urdf"), std::string::npos);
   EXPECT_NE(damaged("</robot>", "").find("expected a URDF file"), std::string::npos);
-  EXPECT_NE(damaged("<robot name", "<robots name").find("expected a URDF file"), std::string::npos);
-  EXPECT_NE(damaged("joint name=\"left_knee\"", "joint name=\"knee\"").find("'left_knee'"),
-            std::string::npos);
-  EXPECT_NE(damaged("mass value=\"10.5\"", "mass value=\"11\"").find("58.5"), std::string::npos);
-  EXPECT_NE(damaged("name=\"neck_yaw\" type=\"revolute\"", "name=\"neck_yaw\" type=\"fixed\"")
-                .find("'neck_yaw'"),
-            std::string::npos);
 }
 
 }  // namespace
