@@ -55,7 +55,7 @@ FrameTransform transform_in(const Message& m) {
   const Message& q = part(pose, "rotation");
   FrameTransform out;
   out.parent = ros ? text(part(m, "header"), "frame_id") : text(m, "parent_frame_id");
-  out.child = text(m, ros ? "child_frame_id" : "child_frame_id");
+  out.child = text(m, "child_frame_id");
   const Message& stamp = ros ? part(part(m, "header"), "stamp") : part(m, "timestamp");
   out.stamp_ns = 1'000'000'000 * integer(stamp, ros ? "sec" : "seconds") +
                  integer(stamp, ros ? "nanosec" : "nanos");
