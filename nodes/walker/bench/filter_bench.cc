@@ -63,11 +63,11 @@ BENCHMARK(whole_body)->Name("filter/sample");
 void leg_ik(benchmark::State& state) {
   const Eigen::Vector3d miss =
       1e-3 * static_cast<double>(state.range(0)) * Eigen::Vector3d(1, 0, 1);
-  std::vector<robot::Link> links = robot::hrp2_like().tree.links();
-  for (robot::Link& link : links) {
-    if (link.joint == "left_hip_pitch") link.X_PJ.translation() += miss;
-    if (link.joint == "left_knee") link.X_PJ.translation() -= miss;
-  }
+  const robot::Biped hrp2 = robot::hrp2_like();
+  std::vector<robot::Link> links = hrp2.tree.links();
+  const auto& dof = hrp2.leg[kLeft].dof;
+  links[static_cast<std::size_t>(hrp2.tree.moved_link(dof[1]))].X_PJ.translation() += miss;
+  links[static_cast<std::size_t>(hrp2.tree.moved_link(dof[2]))].X_PJ.translation() -= miss;
   const robot::Biped biped =
       robot::make_biped(robot::RobotTree("bench", links), robot::hrp2_names());
   const robot::LegIk ik(biped, kLeft);
