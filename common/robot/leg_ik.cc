@@ -30,6 +30,21 @@ Matrix3d turn(int axis, double angle) {
   return R;
 }
 
+/// Rotation about a unit vector: cos 1 + (1 − cos) a aᵀ + sin â.
+Matrix3d turn_about(const Vector3d& a, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const Vector3d sa = s * a, ca = (1.0 - c) * a;
+  Matrix3d R = ca * a.transpose();
+  R.diagonal().array() += c;
+  R(0, 1) -= sa.z();
+  R(1, 0) += sa.z();
+  R(0, 2) += sa.y();
+  R(2, 0) -= sa.y();
+  R(1, 2) -= sa.x();
+  R(2, 1) += sa.x();
+  return R;
+}
+
 /// Angles about x that bring a vector to a given y.
 struct Rolls {
   double lesser, other;
@@ -232,8 +247,7 @@ LegIk::Result LegIk::search(const Isometry3d& X_BS, double least_bend_rad,
     std::array<Line, 6> now;
     for (std::size_t i = 0; i < 6; ++i) {
       now[i] = {.point = X * line_[i].point, .direction = X.linear() * line_[i].direction};
-      X.linear() =
-          X.linear() * math::exp_so3(out.q[static_cast<Eigen::Index>(i)] * line_[i].direction);
+      X.linear() *= turn_about(line_[i].direction, out.q[static_cast<Eigen::Index>(i)]);
       X.translation() = now[i].point - X.linear() * line_[i].point;
     }
     const Vector3d ankle = X * ankle_B_;

@@ -61,9 +61,15 @@ BENCHMARK(whole_body)->Name("filter/sample");
 /// the foot up by 50 mm; the hip's axes miss each other by the
 /// argument.
 void leg_ik(benchmark::State& state) {
-  const double miss_m = 1e-3 * static_cast<double>(state.range(0));
+  const Eigen::Vector3d miss =
+      1e-3 * static_cast<double>(state.range(0)) * Eigen::Vector3d(1, 0, 1);
+  const robot::Biped hrp2 = robot::hrp2_like();
+  std::vector<robot::Link> links = hrp2.tree.links();
+  const auto& dof = hrp2.leg[kLeft].dof;
+  links[static_cast<std::size_t>(hrp2.tree.moved_link(dof[1]))].X_PJ.translation() += miss;
+  links[static_cast<std::size_t>(hrp2.tree.moved_link(dof[2]))].X_PJ.translation() -= miss;
   const robot::Biped biped =
-      robot::odd_biped("left_2", -Eigen::Vector3d::UnitZ(), {miss_m, 0.0, miss_m});
+      robot::make_biped(robot::RobotTree("bench", links), robot::hrp2_names());
   const robot::LegIk ik(biped, kLeft);
   robot::LegIk::Vector6d q = biped.half_sitting(biped.leg[kLeft].dof);
   Percentiles times;
@@ -72,7 +78,7 @@ void leg_ik(benchmark::State& state) {
     const double phase = 0.05 * 2.0 * 3.14159265358979 * (i++ % 20);
     Eigen::Isometry3d X_BS = biped.X_WB_half_sitting.inverse();
     X_BS.translation() +=
-        Eigen::Vector3d(0.15 * std::cos(phase), 0.1, 0.1 + 0.05 * std::max(0.0, std::sin(phase)));
+        Eigen::Vector3d(0.15 * std::cos(phase), 0.095, 0.05 * std::max(0.0, std::sin(phase)));
     times.time([&] { q = ik.solve(X_BS, 0.01, &q).q; });
   }
   times.report(state);

@@ -59,7 +59,7 @@ GaitSettings gait_settings(const robot::Biped& biped) {
   const double ahead = std::min(-leg.min_S_m.x(), leg.max_S_m.x());
   const double aside = std::min(-leg.min_S_m.y(), leg.max_S_m.y());
   // What the feedback needs beside the plan is no smaller on small soles: errors of the senses are
-  // not. G1 (soles of 60 mm) walks with it, and falls without.
+  // not.
   constexpr double kForFeedback_m = 0.02, kLeast_m = 0.005;
   s.zmp_half_m = {standard.zmp_half_m.x() * ahead / kSoleBack_m,
                   std::min(standard.zmp_half_m.y() * aside / kSoleInner_m,
