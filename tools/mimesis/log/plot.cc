@@ -48,10 +48,7 @@ std::string value_word(const FieldColumns::Value& v, int number) {
 class CurveReader {
  public:
   CurveReader(const std::vector<OpenLog>& logs, const PlotOptions& options)
-      : logs_(logs),
-        options_(options),
-        span_(span_of(logs)),
-        times_(resolve(options.range, span_)) {
+      : logs_(logs), span_(span_of(logs)), times_(resolve(options.range, span_)) {
     const auto topics = topics_of(logs);
     for (const std::string& text : options.fields) {
       queries_.emplace_back(parse_field_query(text, topics));
@@ -140,7 +137,6 @@ class CurveReader {
   }
 
   const std::vector<OpenLog>& logs_;
-  const PlotOptions& options_;
   Span span_;
   LogTimes times_;
   double start_s_ = 0.0, end_s_ = 0.0;

@@ -163,10 +163,21 @@ void put(CdrWriter& out, const foxglove::Log& m) {
 
 // --- Markers
 
+/// Types of markers, by their numbers in ROS.
+enum class Shape : std::int32_t {
+  arrow,
+  cube,
+  sphere,
+  cylinder,
+  line_strip,
+  line_list,
+  text = 9,
+  triangles = 11
+};
+
 /// A marker of ROS with what ours have.
 struct Marker {
-  enum Type { arrow, cube, sphere, cylinder, line_strip, line_list, text = 9, triangles = 11 };
-  Type type = cube;
+  Shape shape = Shape::cube;
   foxglove::Pose pose;
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   foxglove::Color color;
@@ -182,7 +193,7 @@ void put_marker(CdrWriter& out, const foxglove::SceneEntity& entity, int id, Act
   put_header(out, entity.timestamp(), entity.frame_id());
   out.text(entity.id());
   out.put(static_cast<std::int32_t>(id));
-  out.put(static_cast<std::int32_t>(m.type));
+  out.put(static_cast<std::int32_t>(m.shape));
   out.put(static_cast<std::int32_t>(action));
   put_pose(out, m.pose);
   for (int k = 0; k < 3; ++k) out.number(m.scale[k]);
@@ -221,23 +232,23 @@ void add_points(const Primitive& from, Marker& marker) {
 
 std::vector<Marker> markers_of(const foxglove::SceneEntity& entity) {
   std::vector<Marker> markers;
-  const auto solid = [&](Marker::Type type, const auto& all) {
+  const auto solid = [&](Shape shape, const auto& all) {
     for (const auto& p : all) {
-      markers.push_back({type, p.pose(), {p.size().x(), p.size().y(), p.size().z()}, p.color()});
+      markers.push_back({shape, p.pose(), {p.size().x(), p.size().y(), p.size().z()}, p.color()});
     }
   };
   for (const foxglove::ArrowPrimitive& p : entity.arrows()) {
     const double length = p.shaft_length() + p.head_length();
     markers.push_back(
-        {Marker::arrow, p.pose(), {length, p.shaft_diameter(), p.shaft_diameter()}, p.color()});
+        {Shape::arrow, p.pose(), {length, p.shaft_diameter(), p.shaft_diameter()}, p.color()});
   }
-  solid(Marker::cube, entity.cubes());
-  solid(Marker::sphere, entity.spheres());
-  solid(Marker::cylinder, entity.cylinders());
+  solid(Shape::cube, entity.cubes());
+  solid(Shape::sphere, entity.spheres());
+  solid(Shape::cylinder, entity.cylinders());
   for (const foxglove::LinePrimitive& p : entity.lines()) {
     constexpr double kPixel_m = 0.002;  // ROS has no lines in pixels
     Marker line{
-        p.type() == foxglove::LinePrimitive::LINE_LIST ? Marker::line_list : Marker::line_strip,
+        p.type() == foxglove::LinePrimitive::LINE_LIST ? Shape::line_list : Shape::line_strip,
         p.pose(), Eigen::Vector3d::Constant(0.0), p.color()};
     line.scale.x() = p.thickness() * (p.scale_invariant() ? kPixel_m : 1.0);
     add_points(p, line);
@@ -248,12 +259,12 @@ std::vector<Marker> markers_of(const foxglove::SceneEntity& entity) {
     markers.push_back(std::move(line));
   }
   for (const foxglove::TriangleListPrimitive& p : entity.triangles()) {
-    Marker mesh{Marker::triangles, p.pose(), Eigen::Vector3d::Ones(), p.color()};
+    Marker mesh{Shape::triangles, p.pose(), Eigen::Vector3d::Ones(), p.color()};
     add_points(p, mesh);
     markers.push_back(std::move(mesh));
   }
   for (const foxglove::TextPrimitive& p : entity.texts()) {
-    Marker words{Marker::text, p.pose(), {0.0, 0.0, p.font_size()}, p.color()};
+    Marker words{Shape::text, p.pose(), {0.0, 0.0, p.font_size()}, p.color()};
     words.words = p.text();
     markers.push_back(std::move(words));
   }
