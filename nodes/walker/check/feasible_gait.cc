@@ -148,7 +148,7 @@ FeasibleGait feasible_gait(const robot::Biped& biped, double share) {
       if (!fits(in_place)) continue;
       // The fastest of ten speeds: what fits at one fits at all below.
       constexpr int kSpeeds = 10;
-      int fast = static_cast<int>(kSpeeds * best_speed / own.most_forward_m_s + 0.5),
+      int fast = static_cast<int>(std::lround(kSpeeds * best_speed / own.most_forward_m_s)),
           slow = kSpeeds;
       for (int speed = kSpeeds; fast < slow; speed = (fast + slow + 1) / 2) {
         wish.velocity_m_s.x() = own.most_forward_m_s * speed / kSpeeds;
