@@ -19,6 +19,7 @@ constexpr milliseconds kSilence{450};  // reported within 0.5 s at 30 Hz
 constexpr milliseconds kRetry{500};
 constexpr milliseconds kSettled{1000};          // the automatics have found the light
 constexpr milliseconds kAhead{-5}, kOld{1000};  // ages that a frame may have when it is taken
+constexpr milliseconds kOnItsWay{500};          // from exposure to the driver's queue
 constexpr int kOddStamps = 3;                   // one after the other: it is the clock
 
 }  // namespace
@@ -101,7 +102,7 @@ void Capture::reopen(std::chrono::nanoseconds at) {
   odd_stamps_ = 0;
   stamps_on_arrival_ = false;
   last_captured_.reset();
-  opened_ = last_frame_ = at;
+  opened_ = last_frame_ = polled_ = at;
   light_set_ = light_ != Light::locked;
   if (light_ != Light::device) set_light(Light::followed);
 }
@@ -110,6 +111,7 @@ std::optional<Frame> Capture::next(std::chrono::nanoseconds now) {
   const auto at = monotonic_();
   if (!open_) reopen(at);
   if (!open_) return std::nullopt;
+  const auto polled = std::exchange(polled_, at);
   const Taken taken = device_->take_newest(raw_);
   if (taken == Taken::gone) {
     lose(at, "unplugged");
@@ -133,19 +135,20 @@ std::optional<Frame> Capture::next(std::chrono::nanoseconds now) {
   }
   // The driver should stamp on the monotonic clock; the frame's age is the same on the graph's.
   const auto age = monotonic_() - raw_.captured;
-  if (!believes(age)) return std::nullopt;
+  if (!believes(age, polled)) return std::nullopt;
   return Frame{&image_, stamps_on_arrival_ ? now : now - age};
 }
 
-/// Whether the frame's stamp counts. One that is odd may be of a frame that waited for us; if all
-/// are, the driver's clock is another one, or it has none.
-bool Capture::believes(std::chrono::nanoseconds age) {
+/// Whether the frame counts. It came to the queue after `polled`, when that was emptied last. A
+/// stamp that does not fit to that may be one driver's slip; if all are, its clock is another one,
+/// it has none, or it counts from another event.
+bool Capture::believes(std::chrono::nanoseconds age, std::chrono::nanoseconds polled) {
   const bool stands_still = last_captured_ == raw_.captured;
   last_captured_ = raw_.captured;
   if (stamps_on_arrival_) return true;
-  if (age >= kAhead && age <= kOld && !stands_still) {
+  if (age >= kAhead && raw_.captured >= polled - kOnItsWay && !stands_still) {
     odd_stamps_ = 0;
-    return true;
+    return age <= kOld;  // else it waited for us
   }
   if (++odd_stamps_ < kOddStamps) return false;
   stamps_on_arrival_ = true;

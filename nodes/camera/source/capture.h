@@ -49,8 +49,9 @@ tl::expected<void, Status> decode(const RawFrame& raw, image::Image& out);
 
 /// A live camera. One that is unplugged or silent for 0.5 s is reported, closed and reopened every
 /// 0.5 s. Light is locked when frames have come for a second: until then the automatics find it.
-/// Frames with stamps from the future, older than 1 s, or equal to the one before are left out;
-/// after three in a row they are stamped when they arrive, which is said.
+/// Frames older than 1 s are left out. So are those with stamps from the future, equal to the one
+/// before, or of more than 0.5 s before the queue was last empty; after three such in a row frames
+/// are stamped when they arrive, which is said.
 class Capture final : public Source {
  public:
   using Clock = std::function<std::chrono::nanoseconds()>;  ///< monotonic
@@ -62,7 +63,7 @@ class Capture final : public Source {
   std::string opened() override;
 
  private:
-  bool believes(std::chrono::nanoseconds age);
+  bool believes(std::chrono::nanoseconds age, std::chrono::nanoseconds polled);
   void reopen(std::chrono::nanoseconds at);
   void lose(std::chrono::nanoseconds at, const std::string& why);
   void set_light(Light light);
@@ -74,7 +75,7 @@ class Capture final : public Source {
   bool open_ = false, reported_ = false, light_set_ = false, stamps_on_arrival_ = false;
   int odd_stamps_ = 0;
   std::optional<std::chrono::nanoseconds> last_captured_;
-  std::chrono::nanoseconds opened_{}, last_frame_{}, next_try_{};
+  std::chrono::nanoseconds opened_{}, last_frame_{}, polled_{}, next_try_{};
   RawFrame raw_;
   image::Image image_;
   std::string news_, mode_;

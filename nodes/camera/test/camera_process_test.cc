@@ -49,66 +49,80 @@ TEST(CameraProcess, BadConfigurationExitsWith2) {
 }
 
 #ifndef __SANITIZE_ADDRESS__  // whose runtime must be the first library
-/// The program's own way to a camera, through the calls of the kernel (fake_v4l2.c).
+/// A camera to programs that are started while this lives, through the calls of the kernel
+/// (fake_v4l2.cc).
+class FakeVideo {
+ public:
+  explicit FakeVideo(const char* modes = nullptr) {
+    plug();
+    ::setenv("LD_PRELOAD", MIMESIS_FAKE_V4L2, 1);
+    ::setenv("MIMESIS_FAKE_CAMERA", path.c_str(), 1);
+    if (modes != nullptr) ::setenv("MIMESIS_FAKE_MODES", modes, 1);
+  }
+  ~FakeVideo() {
+    for (const char* name : {"LD_PRELOAD", "MIMESIS_FAKE_CAMERA", "MIMESIS_FAKE_MODES"}) {
+      ::unsetenv(name);
+    }
+    unplug();
+    std::filesystem::remove(path + ".controls");
+  }
+  FakeVideo(const FakeVideo&) = delete;
+  FakeVideo& operator=(const FakeVideo&) = delete;
+  void plug() { std::ofstream(path).flush(); }
+  void unplug() { std::filesystem::remove(path); }
+  /// What it was told to do, a line each: CONTROL=VALUE.
+  std::string controls() const {
+    std::ifstream file(path + ".controls");
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  }
+  const std::string path = ::testing::TempDir() + "video" + std::to_string(getpid());
+};
+
 TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
-  const std::string device = ::testing::TempDir() + "video" + std::to_string(getpid());
-  const auto plug = [&] { std::ofstream(device).flush(); };
-  plug();
+  FakeVideo video;
   TestGraph graph;
   TestNode peer(graph, {{"image", "camera/image"}}, {});
   runtime::Queue<foxglove::RawImage, 8> image(peer.bus(), "image");
   peer.open();
-  ::setenv("LD_PRELOAD", MIMESIS_FAKE_V4L2, 1);
-  ::setenv("MIMESIS_FAKE_CAMERA", device.c_str(), 1);
   Process camera(graph, kCamera,
-                 {"--set", "source=v4l2", "--set", "path=" + device, "--set", "light=locked"});
-  ::unsetenv("LD_PRELOAD");
+                 {"--set", "source=v4l2", "--set", "path=" + video.path, "--set", "light=locked"});
   const auto says = [&](const char* words) {
     return peer.until([&] { return camera.errors().find(words) != std::string::npos; }, 30s);
   };
   ASSERT_TRUE(peer.receive(image, 30s)) << camera.errors();
-  const auto told = [&] {
-    std::ifstream file(device + ".controls");
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
   // All automatics on, then each off with the value that it has found.
   const std::string exposure = std::to_string(V4L2_CID_EXPOSURE_AUTO),
                     exposed = std::to_string(V4L2_CID_EXPOSURE_ABSOLUTE);
-  EXPECT_TRUE(peer.until([&] { return told().ends_with("=123\n"); }, 30s)) << told();
-  EXPECT_TRUE(told().starts_with(exposure + "=3\n")) << told();
-  EXPECT_NE(told().find(exposure + "=1\n" + exposed + "=123\n"), std::string::npos) << told();
-  EXPECT_EQ(told().find(std::to_string(V4L2_CID_AUTOGAIN) + "="), std::string::npos) << told();
-  std::filesystem::remove(device);
+  EXPECT_TRUE(peer.until([&] { return video.controls().ends_with("=123\n"); }, 30s))
+      << video.controls();
+  EXPECT_TRUE(video.controls().starts_with(exposure + "=3\n")) << video.controls();
+  EXPECT_NE(video.controls().find(exposure + "=1\n" + exposed + "=123\n"), std::string::npos)
+      << video.controls();
+  EXPECT_EQ(video.controls().find(std::to_string(V4L2_CID_AUTOGAIN) + "="), std::string::npos)
+      << video.controls();
+  video.unplug();
   EXPECT_TRUE(says("unplugged, trying to reopen")) << camera.errors();
   while (peer.receive(image, 100ms)) {
   }
   EXPECT_FALSE(peer.receive(image, 5s));
-  plug();
+  video.plug();
   EXPECT_TRUE(peer.receive(image, 30s)) << camera.errors();
   EXPECT_TRUE(says("frames again")) << camera.errors();
   EXPECT_EQ(camera.terminate(), 0) << camera.errors();
-  std::filesystem::remove(device);
-  std::filesystem::remove(device + ".controls");
 }
 
 TEST(CameraProcess, OfSeveralModesOneIsChosenSaidAndListed) {
-  const std::string device = ::testing::TempDir() + "modes" + std::to_string(getpid());
-  std::ofstream(device).flush();
+  FakeVideo video("YUYV 1280x720 9,GREY 640x480 30,H264 640x480 30");
   TestGraph graph;
   TestNode peer(graph, {{"image", "camera/image"}}, {});
   runtime::Queue<foxglove::RawImage, 8> image(peer.bus(), "image");
   peer.open();
-  ::setenv("LD_PRELOAD", MIMESIS_FAKE_V4L2, 1);
-  ::setenv("MIMESIS_FAKE_CAMERA", device.c_str(), 1);
-  ::setenv("MIMESIS_FAKE_MODES", "YUYV 1280x720 9,GREY 640x480 30,H264 640x480 30", 1);
-  Process list("mimesis", {"camera", "list", device, "--json"});
-  Process people("mimesis", {"camera", "list", device});
-  Process grey(graph, kCamera, {"--set", "source=v4l2", "--set", "path=" + device});
+  Process list("mimesis", {"camera", "list", video.path, "--json"});
+  Process people("mimesis", {"camera", "list", video.path});
+  Process grey(graph, kCamera, {"--set", "source=v4l2", "--set", "path=" + video.path});
   Process refused(graph, kCamera,
-                  {"--name", "other", "--set", "source=v4l2", "--set", "path=" + device, "--set",
-                   "format=NV12"});
-  ::unsetenv("LD_PRELOAD");
-  ::unsetenv("MIMESIS_FAKE_MODES");
+                  {"--name", "other", "--set", "source=v4l2", "--set", "path=" + video.path,
+                   "--set", "format=NV12"});
   EXPECT_EQ(list.wait(30s), 0) << list.errors();
   const std::string told = list.output();
   EXPECT_NE(told.find(R"("card":"Fake camera")"), std::string::npos) << told;
@@ -130,8 +144,8 @@ TEST(CameraProcess, OfSeveralModesOneIsChosenSaidAndListed) {
   };
   EXPECT_TRUE(says(grey, "640x480 GREY")) << grey.errors();
   EXPECT_TRUE(says(refused, "offers YUYV, GREY, H264, expected NV12")) << refused.errors();
-  std::filesystem::remove(device);
-  Process absent("mimesis", {"camera", "list", device});
+  video.unplug();
+  Process absent("mimesis", {"camera", "list", video.path});
   EXPECT_EQ(absent.wait(30s), 3);
   EXPECT_NE(absent.errors().find("cannot be opened: No such file"), std::string::npos);
 }

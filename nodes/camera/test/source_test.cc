@@ -323,6 +323,36 @@ TEST_F(LiveCamera, StampsThatStandStillAreReplacedAndSaid) {
   EXPECT_NE(capture_.news().find("stamps stand still"), std::string::npos);
 }
 
+/// bcm2835-camera took a second off: 640x480 came 0.9 s old [raspberrypi/linux#1318].
+TEST_F(LiveCamera, StampsThatLagAreReplacedAndSaid) {
+  int seen = 0;
+  for (int k = 0; k < 6; ++k) {
+    g_monotonic += 33ms;
+    graph_ += 33ms;
+    camera_.frames = {frame(g_monotonic - 900ms)};
+    if (const auto got = after(0ms)) {
+      EXPECT_EQ(got->stamp, graph_);
+      ++seen;
+    }
+  }
+  EXPECT_EQ(seen, 4);
+  EXPECT_EQ(capture_.news(),
+            "/dev/video9: the driver's stamps are 0.9 s behind the monotonic clock: images are "
+            "stamped when they arrive");
+}
+
+/// Polled once in 0.8 s, each frame has lain there for so long: its stamp is right.
+TEST_F(LiveCamera, FramesThatWaitedForASlowNodeKeepTheirStamps) {
+  EXPECT_FALSE(after(0ms));  // opened
+  for (int k = 0; k < 6; ++k) {
+    camera_.frames = {frame(g_monotonic + 10ms)};
+    const auto got = after(800ms);
+    ASSERT_TRUE(got) << k;
+    EXPECT_EQ(got->stamp, graph_ - 790ms);
+  }
+  EXPECT_EQ(capture_.news(), "");
+}
+
 /// A frame that lay in the driver while this process was held up is no new picture.
 TEST_F(LiveCamera, AnOldFrameIsLeftOutAndTheNextOneCounts) {
   camera_.frames = {frame(g_monotonic - 3s)};
