@@ -307,21 +307,44 @@ ConvertResult to_candump(const ConvertOptions& options) {
   return result;
 }
 
-/// A topic as ROS allows its name: letters, digits and '_' between slashes.
-std::string ros_topic(const std::string& topic, const std::string& ros_type) {
-  if (ros_type == "tf2_msgs/msg/TFMessage") return "/tf";
+constexpr std::string_view kTransforms = "tf2_msgs/msg/TFMessage";
+
+/// A topic as ROS allows its name: letters, digits and '_' between slashes. Transforms that are
+/// told once are for all times: those of /tf count for a moment.
+std::string ros_topic(const OpenChannel& of, const std::string& ros_type) {
+  if (ros_type == kTransforms) {
+    const auto& counts = of.log->summary.statistics.channel_message_counts;
+    const auto count = counts.find(of.channel->id);
+    const bool once = count != counts.end() && count->second == 1;
+    return is_latched(*of.channel) && once ? "/tf_static" : "/tf";
+  }
   std::string name = "/";
-  for (const char c : topic) {
+  for (const char c : of.channel->topic) {
     if (c == '/' && name.back() == '/') continue;
     name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' ? c : '_';
   }
   return name;
 }
 
+/// A topic of a bag.
+struct BagTopic {
+  std::string type;
+  bool latched = false;
+  std::uint64_t messages = 0;
+};
+
+/// How `ros2 bag play` offers a topic: reliable, and to late subscribers too if it is latched.
+std::string offered_qos(const BagTopic& topic) {
+  constexpr const char* kNever = "    sec: 9223372036\n    nsec: 854775807\n";
+  return fmt::format(
+      "- history: 3\n  depth: 0\n  reliability: 1\n  durability: {}\n  deadline:\n{}  lifespan:\n{}"
+      "  liveliness: 1\n  liveliness_lease_duration:\n{}  avoid_ros_namespace_conventions: false",
+      topic.latched ? 1 : 2, kNever, kNever, kNever);
+}
+
 /// The description that stands beside the data, as `ros2 bag record` of Humble writes it.
-std::string bag_metadata(
-    const log::Statistics& statistics, const std::string& file,
-    const std::map<std::string, std::pair<std::string, std::uint64_t>>& topics) {
+std::string bag_metadata(const log::Statistics& statistics, const std::string& file,
+                         const std::map<std::string, BagTopic>& topics) {
   const std::uint64_t start = statistics.message_start_time,
                       duration = statistics.message_end_time - start;
   std::string text = fmt::format(
@@ -329,12 +352,12 @@ std::string bag_metadata(
       "  duration:\n    nanoseconds: {}\n  starting_time:\n    nanoseconds_since_epoch: {}\n"
       "  message_count: {}\n  topics_with_message_count:\n",
       duration, start, statistics.message_count);
-  for (const auto& [topic, counted] : topics) {
+  for (const auto& [name, topic] : topics) {
     text += fmt::format(
         "    - topic_metadata:\n        name: {}\n        type: {}\n"
-        "        serialization_format: cdr\n        offered_qos_profiles: \"\"\n"
+        "        serialization_format: cdr\n        offered_qos_profiles: {}\n"
         "      message_count: {}\n",
-        topic, counted.first, counted.second);
+        name, topic.type, nlohmann::json(offered_qos(topic)).dump(), topic.messages);
   }
   return text + fmt::format(
                     "  compression_format: \"\"\n  compression_mode: \"\"\n"
@@ -359,19 +382,22 @@ ConvertResult to_rosbag2(const ConvertOptions& options) {
     ToRos messages{};
   };
   std::map<const log::Channel*, Wanted> wanted;
-  std::map<std::string, std::string> topic_of;  // whose a name in the bag is
+  std::map<std::string, BagTopic> topics;
+  std::map<std::string, std::string> owner_of;  // of a name in the bag
   for (const OpenChannel& c : channels_of(logs)) {
     const std::string type = ros_type(c.type());
     if (type.empty()) {
       left_out.insert(c.channel->topic);
       continue;
     }
-    std::string name = ros_topic(c.channel->topic, type);
-    while (name != "/tf" &&
-           topic_of.try_emplace(name, c.channel->topic).first->second != c.channel->topic) {
-      name += '_';  // "a-b" and "a_b"
+    std::string name = ros_topic(c, type);
+    const std::string owner = type == kTransforms ? type : c.channel->topic + ' ' + type;
+    while (owner_of.try_emplace(name, owner).first->second != owner) {
+      name += '_';  // "a-b" and "a_b", or one topic of two types
     }
     wanted[c.channel] = {name};
+    topics[name].type = type;
+    topics[name].latched = name != "/tf" && is_latched(*c.channel);
   }
   if (wanted.empty()) {
     throw ConfigError(options.input + ": no topic that ROS has a type for (docs/ros2.md)");
@@ -381,21 +407,19 @@ ConvertResult to_rosbag2(const ConvertOptions& options) {
   const std::string file = fs::weakly_canonical(folder).filename().string() + "_0.mcap";
   output.path = (folder / file).string();
   NewLog bag(output, {options.input}, "ros2");
-  std::map<std::string, std::pair<std::string, std::uint64_t>> topics;
   const log::Selection selection{[&](const log::Channel& c) { return wanted.contains(&c); }};
   const std::uint64_t damages = scan_logs(logs, selection, "convert", [&](const Item& item) {
-    const std::string type = ros_type(item.schema->name);
     Wanted& from = wanted[item.channel];
     const auto cdr = from.messages.convert(item.schema->name, item.message->data);
     if (!cdr) {
       return say_damage(result.damages, item.channel->topic,
                         fmt::format("seq {}: {}", item.message->sequence, cdr.error().reason));
     }
-    auto& counted = topics.try_emplace(from.topic, type, 0).first->second;
-    const log::Schema schema{0, type, "ros2msg", ros_definition(type)};
-    const std::uint16_t channel =
-        bag.channel({0, 0, from.topic, "cdr", {{"offered_qos_profiles", ""}}}, &schema);
-    bag.write({channel, static_cast<std::uint32_t>(++counted.second), item.message->log_time,
+    BagTopic& to = topics[from.topic];
+    const log::Schema schema{0, to.type, "ros2msg", ros_definition(to.type)};
+    const std::uint16_t channel = bag.channel(
+        {0, 0, from.topic, "cdr", {{"offered_qos_profiles", offered_qos(to)}}}, &schema);
+    bag.write({channel, static_cast<std::uint32_t>(++to.messages), item.message->log_time,
                item.message->publish_time, *cdr});
     ++result.messages;
   });

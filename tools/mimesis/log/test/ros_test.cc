@@ -176,6 +176,37 @@ TEST_F(RosBag, HoldsWhatRosHasTypesFor) {
   }
 }
 
+/// Late subscribers of RViz get what was told once [ros2/rosbag2#1049, #1183].
+TEST_F(RosBag, TransformsToldOnceAreStaticAndLatchedTopicsStayLatched) {
+  LogBuilder log;
+  foxglove::FrameTransforms frames;
+  frames.add_transforms()->set_child_frame_id("base");
+  const auto schema = log.writer().add_schema("foxglove.FrameTransforms", "protobuf",
+                                              runtime::descriptor_set(*frames.GetDescriptor()));
+  const auto add = [&](const char* topic, bool latched, std::uint64_t messages) {
+    const auto channel = log.writer().add_channel(schema.value(), topic, "protobuf",
+                                                  {{"latched", latched ? "true" : "false"}});
+    for (std::uint64_t t = 1; t <= messages; ++t) {
+      EXPECT_TRUE(log.writer().write({channel.value(), 0, t, t, frames.SerializeAsString()}));
+    }
+  };
+  add("arm/base", true, 1);
+  add("arm/links", true, 2);
+  add("once", false, 1);
+  std::vector<std::string> topics;
+  for (const auto& [topic, message] : converted(log)) topics.push_back(topic);
+  std::ranges::sort(topics);
+  EXPECT_EQ(topics, (std::vector<std::string>{"/tf", "/tf", "/tf", "/tf_static"}));
+  const auto profile = [&](const std::string& topic) {
+    const std::size_t at = metadata_.find("name: " + topic + "\n");
+    const std::string line = "offered_qos_profiles: \"";
+    const std::size_t begin = metadata_.find(line, at) + line.size();
+    return metadata_.substr(begin, metadata_.find('"', begin) - begin);
+  };
+  EXPECT_NE(profile("/tf_static").find("\\n  durability: 1\\n"), std::string::npos) << metadata_;
+  EXPECT_NE(profile("/tf").find("\\n  durability: 2\\n"), std::string::npos) << metadata_;
+}
+
 TEST_F(RosBag, ReplacesMarkersOfAnEntityAsAWhole) {
   LogBuilder log;
   foxglove::SceneUpdate update;
