@@ -208,7 +208,7 @@ std::pair<Clip, std::vector<Eigen::Matrix3Xd>> clip_below(const std::vector<Node
   clip.rate_hz = sampled.rate_hz;
   for (std::size_t n = root; n < nodes.size(); ++n) {
     const int parent = n == root ? -1 : joint[static_cast<std::size_t>(nodes[n].parent)];
-    if ((n != root && parent < 0) || (nodes[n].at->mNumMeshes > 0 && !nodes[n].joint)) continue;
+    if ((n != root && parent < 0) || (nodes[n].at->mNumMeshes > 0 && nodes[n].below == 0)) continue;
     joint[n] = static_cast<int>(node.size());
     node.push_back(n);
     clip.skeleton.joints.push_back({nodes[n].at->mName.C_Str(), parent});

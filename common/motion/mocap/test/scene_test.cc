@@ -143,6 +143,23 @@ TEST_F(Scene, NodesAboveTheHipsCount) {
   }
 }
 
+TEST_F(Scene, JointsBelowAMeshCount) {
+  const BodyClip clip = walk({.seconds = 0.5});
+  const std::string file =
+      write("m.glb", edited(glb_bytes(clip), [](json& document) {
+              json& children = document["nodes"][kLeftHip]["children"];
+              const std::size_t at = document["nodes"].size();
+              for (json& child : children) {
+                if (child == int{kLeftKnee}) child = at;
+              }
+              document["nodes"].push_back(
+                  {{"name", "Thigh"}, {"mesh", 0}, {"children", {int{kLeftKnee}}}});
+            }));
+  const BodyClip read = to_body(read_clip(file));
+  const BodyPose is = read.pose(7), was = clip.pose(7);
+  EXPECT_LT((is.p_WJ[kLeftAnkle] - was.p_WJ[kLeftAnkle]).norm(), 1e-4);
+}
+
 TEST_F(Scene, OneOfSeveralAnimationsIsNamed) {
   const BodyClip clip = walk({.seconds = 1.0});
   const std::string file = write("two.glb", edited(glb_bytes(clip), [](json& document) {
