@@ -99,7 +99,7 @@ void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const E
 void add_taper(foxglove::SceneEntity& entity, const Eigen::Vector3d& from,
                const Eigen::Vector3d& to, double radius_from, double radius_to, const Rgba& color) {
   const double length = (to - from).norm(), radius = std::max(radius_from, radius_to);
-  if (length < 1e-9) return;
+  if (length < 1e-9 || !(radius > 0.0)) return;
   Eigen::Isometry3d pose = at(0.5 * (from + to));
   pose.linear() = math::rotation_onto(Eigen::Vector3d::UnitZ(), to - from);
   foxglove::CylinderPrimitive& rod =

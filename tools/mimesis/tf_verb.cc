@@ -115,15 +115,9 @@ FrameTree collect(const Options& o) {
   return tree;
 }
 
-/// The largest share of a turn [rad], about z, then y, then x: as people read it.
-Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R) {
-  return {std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
-          std::atan2(R(1, 0), R(0, 0))};
-}
-
 ordered_json pose_json(const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
-  const Eigen::Vector3d p = X.translation(), rpy = rpy_of(X.linear());
+  const Eigen::Vector3d p = X.translation(), rpy = math::rpy_of(X.linear());
   return {{"position_m", {p.x(), p.y(), p.z()}},
           {"orientation_wxyz", {q.w(), q.x(), q.y(), q.z()}},
           {"rpy_rad", {rpy.x(), rpy.y(), rpy.z()}}};
@@ -131,7 +125,7 @@ ordered_json pose_json(const Eigen::Isometry3d& X) {
 
 std::string pose_text(const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
-  const Eigen::Vector3d p = X.translation(), rpy = rpy_of(X.linear()) * 180.0 / EIGEN_PI;
+  const Eigen::Vector3d p = X.translation(), rpy = math::rpy_of(X.linear()) * 180.0 / EIGEN_PI;
   return fmt::format(
       "position [m] {:.4f} {:.4f} {:.4f}   roll, pitch, yaw [deg] {:.2f} {:.2f} {:.2f}   "
       "quaternion wxyz {:.5f} {:.5f} {:.5f} {:.5f}",
@@ -198,6 +192,9 @@ int echo(const Options& o) {
   std::int64_t next_ns = 0;
   int printed = 0;
   std::string why = "no transforms";
+  constexpr auto kPatience = std::chrono::seconds(2);
+  const auto begin = Clock::now();
+  bool told = false;
   const auto take = [&](const std::vector<FrameTransform>& all, const std::string& source) {
     std::int64_t stamp_ns = 0;
     for (const FrameTransform& t : all) {
@@ -205,7 +202,14 @@ int echo(const Options& o) {
       stamp_ns = std::max(stamp_ns, t.stamp_ns);
     }
     const auto pose = tree.pose(o.from, o.to);
-    if (!pose) why = pose.error().reason;
+    if (!pose) {
+      why = pose.error().reason;
+      // once, whoever waits without an end wants to know for what
+      if (o.logs.empty() && !told && printed == 0 && Clock::now() - begin > kPatience) {
+        std::cerr << "waiting: " << printable(why) << std::endl;
+        told = true;
+      }
+    }
     if (!pose || (printed > 0 && stamp_ns < next_ns)) return true;
     next_ns = stamp_ns + std::int64_t(1e9 / o.rate_hz);
     if (o.graph.json) {

@@ -115,8 +115,8 @@ GaitLoad load_of_gait(const robot::Biped& biped, const GaitSettings& gait, const
 FeasibleGait feasible_gait(const robot::Biped& biped, double share) {
   GaitSettings own = gait_settings(biped);
   own.step_s = step_time(biped, own);
-  // The filter takes off torque that the cart-table asks for in vain, and nine tenths of the time:
-  // it is asked where it may decide.
+  // With the dynamic filter torques are lower, and computing them takes ten times as long: it is
+  // asked only where it can change the answer.
   constexpr double kFilterMayHelp = 1.6;
   const auto load_of = [&](const GaitSettings& gait, const Wish& wish) {
     const GaitLoad load = load_of_gait(biped, gait, wish, false);

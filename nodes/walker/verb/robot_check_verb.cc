@@ -256,8 +256,8 @@ int check_robot(CheckOptions o) {
     return walks ? 0 : 1;
   }
   for (const Finding& f : checked.found.findings)
-    fmt::print("{:8} {}: {}\n", word_of(f.kind), f.part, f.text);
-  if (!walks) fmt::print("{} does not walk: see what is missing above\n", tree.name());
+    fmt::print("{:8} {}: {}\n", word_of(f.kind), f.part, printable(f.text));
+  if (!walks) fmt::print("{} does not walk: see what is missing above\n", printable(tree.name()));
   if (walks && !file.empty()) fmt::print("{}: mimesis walk-trials --robot {}\n", file, file);
   return walks ? 0 : 1;
 }
