@@ -161,7 +161,10 @@ std::array<std::string, 2> two(const std::vector<std::string>& names, const std:
 robot::Biped load_biped(const std::string& file) {
   const std::string path = runtime::find_model_file(file);
   if (!is_biped(file)) {
-    throw ConfigError(file + ": has no urdf:, expected a biped's file, did you mean 'biped.yaml'?");
+    throw ConfigError(
+        file + (is_urdf(file)
+                    ? ": is a URDF, expected a biped's file, which `mimesis robot check` writes"
+                    : ": has no urdf:, expected a biped's file, did you mean 'biped.yaml'?"));
   }
   const BipedEntry entry = read_entry(path);
   try {

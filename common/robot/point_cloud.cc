@@ -54,8 +54,9 @@ class Bytes {
  public:
   explicit Bytes(const std::string& file) : file_(file) {
     std::ifstream in(file, std::ios::binary);
-    if (!in) fail("cannot be opened, expected a point cloud (PCD or PLY)");
-    data_.assign(std::istreambuf_iterator<char>(in), {});
+    std::ostringstream text;
+    if (!in || !(text << in.rdbuf())) fail("cannot be read, expected a point cloud (PCD or PLY)");
+    data_ = text.str();
   }
   [[noreturn]] void fail(const std::string& why) const { throw ConfigError(file_ + ": " + why); }
 

@@ -5,8 +5,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <limits>
+#include <sstream>
 #include <string_view>
 
 #include "common/error.h"
@@ -46,17 +46,29 @@ class Errors final : public console_bridge::OutputHandler {
 std::string read_text(const std::string& file) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in || text.empty()) {
+  std::ostringstream text;
+  if (!in || !(text << in.rdbuf())) {  // of a folder, too
     throw ConfigError(file + ": " + (errno != 0 ? std::strerror(errno) : "empty") +
                       ", expected a URDF file");
   }
-  return text;
+  return text.str();
 }
 
-}  // namespace
-
-namespace {
+/// Name of the outermost element; empty if the text is no XML.
+std::string root_element(const std::string& text) {
+  std::size_t at = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  while ((at = text.find_first_not_of(" \t\r\n", at)) != text.npos && text[at] == '<') {
+    const char* end = text.compare(at, 4, "<!--") == 0 ? "-->" : ">";
+    if (at + 1 < text.size() && text[at + 1] != '?' && text[at + 1] != '!') {
+      const std::size_t name = at + 1;
+      return text.substr(name, text.find_first_of(" \t\r\n/>", name) - name);
+    }
+    at = text.find(end, at);
+    if (at == text.npos) break;
+    at += std::strlen(end);
+  }
+  return "";
+}
 
 /// Whether there are macros outside of comments: what they stand for would be missing. A property
 /// that is left over says nothing.
@@ -92,6 +104,10 @@ void name_materials(std::string& text) {
 
 urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
   std::string text = read_text(file);
+  if (const std::string root = root_element(text); root != "robot") {
+    throw ConfigError(file + (root.empty() ? ": is no XML" : ": holds <" + printable(root) + ">") +
+                      ", expected <robot>: a URDF file");
+  }
   if (is_xacro(text))
     throw ConfigError(file + ": is xacro, expected the URDF that `xacro FILE` prints");
   name_materials(text);

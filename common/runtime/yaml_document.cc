@@ -319,8 +319,11 @@ std::string Yaml::described() const {
   switch (kind) {
     case Kind::empty:
       return "nothing";
-    case Kind::scalar:
-      return "'" + text + "'";
+    case Kind::scalar: {
+      std::size_t end = std::min<std::size_t>(text.size(), 60);  // not within a character of UTF-8
+      while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+      return "'" + text.substr(0, end) + (end < text.size() ? "...'" : "'");
+    }
     case Kind::sequence:
       return "a list";
     case Kind::map:
@@ -330,6 +333,14 @@ std::string Yaml::described() const {
 }
 
 Yaml parse_yaml(const std::string& text, const std::string& name) {
+  const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+  if (first != std::string::npos && text[first] == '<') {
+    const char* way = "; `mimesis robot new` makes it from an arm's URDF, `robot check` a biped's";
+    const bool is_urdf = text.find("<robot") != std::string::npos;
+    throw ConfigError(name + ": is XML, expected YAML" + (is_urdf ? way : ""));
+  }
+  if (text.find('\0') != std::string::npos)
+    throw ConfigError(name + ": is a binary file, expected YAML");
   Converter converter(text, name);
   try {
     std::istringstream in(text);

@@ -353,7 +353,7 @@ Clip read_clip(const std::string& file, const ReadOptions& options) {
     if (same_word(kind, known)) return read_scene(scene, take, options);
   }
   throw ConfigError(file + ": ending '" + ending +
-                    "', expected .bvh, .amc, .glb, .gltf, .fbx or .dae");
+                    "', expected .bvh, .amc, .c3d, .glb, .gltf, .fbx or .dae");
 }
 
 }  // namespace mimesis::mocap

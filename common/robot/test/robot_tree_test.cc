@@ -3,9 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <numbers>
 
 #include "common/error.h"
 #include "common/robot/dynamics.h"
@@ -131,6 +128,23 @@ TEST(RobotTree, NamesXacro) {
     urdf.replace(urdf.find("</robot>"), 0, "<!-- " + std::string(part) + " -->");
     EXPECT_EQ(testing::refusal([&] { read_urdf(write_urdf(urdf)); }), "") << "a comment";
   }
+}
+
+/// What people have beside URDFs: MJCF, SDF, launch files with ${}, pictures.
+TEST(RobotTree, NamesFilesOfOtherKinds) {
+  const auto why = [](const std::string& text) {
+    const std::string said = testing::refusal([&] { read_urdf(write_urdf(text)); });
+    return said.substr(said.find(": ") + 2);
+  };
+  const std::string end = ", expected <robot>: a URDF file";
+  EXPECT_EQ(why("<mujoco model=\"arm\"><worldbody/></mujoco>"), "holds <mujoco>" + end);
+  EXPECT_EQ(why("\xEF\xBB\xBF<?xml version='1.0'?>\n<!-- <robot> -->\n<sdf\nversion='1.7'/>"),
+            "holds <sdf>" + end);
+  for (const char* text : {"robot: ${arg:robot}\n", "\x89PNG\r\n", "<?xml", "<!-- <robot/>"}) {
+    EXPECT_EQ(why(text), "is no XML" + end) << text;
+  }
+  EXPECT_EQ(testing::refusal([] { read_urdf("/tmp"); }),
+            "/tmp: Is a directory, expected a URDF file");
 }
 
 /// A gripper's joints that follow another have no drive of their own.

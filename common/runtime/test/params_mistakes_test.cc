@@ -115,6 +115,15 @@ const Mistake kMistakes[] = {
     {"comma_first", ", x\n", "@:1:1: a comma outside of brackets"},
     {"comma_after_comment", "# one\n, rate_hz: 10\n", "@:2:1: a comma outside of brackets"},
     {"no_utf8", "#\xff\xff\xff\xff\n,", "@:2:1: a comma outside of brackets"},
+    {"xml", "\xEF\xBB\xBF<?xml version='1.0'?>\n<launch/>\n", "@: is XML, expected YAML"},
+    {"urdf", "\n<robot name='r' xmlns:x='y'>\n</robot>\n",
+     "@: is XML, expected YAML; `mimesis robot new` makes it from an arm's URDF, `robot check` a "
+     "biped's"},
+    {"long_text",
+     "drive: aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"
+     "\u00e9\u00e9\n",
+     "@:1:8: crowd.drive: expected a map of parameters, found "
+     "'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\u00e9...'"},
     {"not_a_map", "- rate_hz\n", "@:1:1: expected a map of parameters, found a list"},
     {"variable_kind", "bus: ${argh:x}\n",
      "@:1:6: ${argh:x}: expected ${arg:NAME}, ${env:NAME}, ${host:NAME} or ${run:NAME}"},

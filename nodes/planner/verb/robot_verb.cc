@@ -324,11 +324,11 @@ int make(NewOptions o) {
   const std::string stem = (fs::path(o.folder) / o.name).string();
   const std::string file = stem + ".yaml", machine = stem + "_machine.yaml",
                     table = stem + "_table.yaml", launch = stem + ".launch.yaml";
+  NewArm arm = look_at(o);
   for (const std::string& old : {file, machine, table, launch}) {
     if (fs::exists(old) && !o.force)
       throw ConfigError(old + ": is there already, expected a new --name, or --force");
   }
-  NewArm arm = look_at(o);
   const fs::path draft = stem + ".draft.yaml";
   write(draft, arm_text(o, arm));
   model::CoveredArm covered;

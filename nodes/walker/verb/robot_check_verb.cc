@@ -216,11 +216,11 @@ const char* word_of(Finding::Kind kind) {
 
 int check_robot(CheckOptions o) {
   if (o.name.empty()) o.name = fs::path(o.urdf).stem().string();
+  const robot::RobotTree tree = robot::read_urdf(o.urdf);
   const std::string file =
       o.folder.empty() ? "" : (fs::path(o.folder) / (o.name + ".yaml")).string();
   if (!file.empty() && fs::exists(file) && !o.force)
     throw ConfigError(file + ": is there already, expected a new --name, or --force");
-  const robot::RobotTree tree = robot::read_urdf(o.urdf);
   std::vector<Finding> first;
   const walker::ContactPoints contacts = contacts_of(o, tree, first);
   Checked checked = check(tree, contacts);

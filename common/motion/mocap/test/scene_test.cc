@@ -187,7 +187,7 @@ TEST_F(Scene, WhatIsNoMotionOfAPersonIsNamed) {
             std::string::npos);
   EXPECT_NE(refusal(write("text.fbx", "hello")).find("cannot be read"), std::string::npos);
   EXPECT_NE(refusal("absent.glb").find("cannot be read"), std::string::npos);
-  EXPECT_NE(refusal(write("a.obj", "v 0 0 0")).find("expected .bvh, .amc, .glb"),
+  EXPECT_NE(refusal(write("a.obj", "v 0 0 0")).find("expected .bvh, .amc, .c3d, .glb"),
             std::string::npos);
   // legs alone
   const std::string legs = write("legs.glb", edited(glb, [](json& document) {

@@ -138,7 +138,7 @@ TEST_F(Motion, WhatCannotLeaveIsNamed) {
           "give the model of the run by --model");
   refuses({"export", kWalk, "--bvh", to, "--style", "happy"}, "happy");
   refuses({"export", kRun, "--bvh", to, "--style", "brisk"}, "is no model (NAME.motion.json)");
-  refuses({"map", kRun}, "expected .bvh, .amc, .glb, .gltf, .fbx or .dae");
+  refuses({"map", kRun}, "expected .bvh, .amc, .c3d, .glb, .gltf, .fbx or .dae");
   EXPECT_FALSE(fs::exists(to));
   ASSERT_EQ(run({"export", kRun, "--bvh", to}), 0) << errors_;
   refuses({"export", kRun, "--bvh", to}, "is there already; --force replaces it");
