@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "common/error.h"
 #include "common/runtime/conductor.h"
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"

@@ -7,7 +7,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <iostream>
 
 #include "common/error.h"
 #include "common/runtime/describe.h"

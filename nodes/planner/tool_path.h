@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <optional>
-#include <string>
 #include <tl/expected.hpp>
 #include <vector>
 

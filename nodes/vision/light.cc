@@ -8,7 +8,6 @@
 namespace mimesis::vision {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 /// Median of the bytes at first, first + step, ...

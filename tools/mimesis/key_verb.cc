@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "common/error.h"
 #include "common/runtime/keys.h"
 #include "common/runtime/raw.h"
 #include "proto/runtime.pb.h"

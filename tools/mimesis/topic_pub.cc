@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"

@@ -13,7 +13,6 @@
 #include <tuple>
 #include <utility>
 
-#include "common/error.h"
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"

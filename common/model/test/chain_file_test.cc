@@ -8,7 +8,6 @@
 #include <random>
 #include <sstream>
 
-#include "common/error.h"
 #include "common/model/files.h"
 #include "common/robot/kinematics.h"
 #include "common/testing/refusal.h"

@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/error.h"
 #include "common/model/test/model_texts.h"
 #include "common/shared_data.h"
 #include "common/testing/refusal.h"

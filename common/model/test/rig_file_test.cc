@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <random>
 

@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "common/motion/mocap/body.h"
-#include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/markers.h"
 
 namespace mimesis::mocap {

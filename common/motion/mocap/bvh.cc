@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
-#include "common/error.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/readers.h"
 

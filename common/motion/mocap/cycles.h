@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/error.h"
-#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/body.h"
 #include "common/motion/mocap/trials.h"
 
 namespace mimesis::mocap {

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/body.h"
 
 namespace mimesis::retarget {
 

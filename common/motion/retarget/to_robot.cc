@@ -4,7 +4,6 @@
 #include <cmath>
 #include <set>
 
-#include "common/error.h"
 #include "common/math/so3.h"
 
 namespace mimesis::retarget {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/error.h"
 #include "common/robot/test/test_bipeds.h"
 #include "common/testing/refusal.h"
 

@@ -4,7 +4,6 @@
 
 #include <random>
 
-#include "common/error.h"
 #include "common/math/so3.h"
 #include "common/robot/kinematics.h"
 #include "common/robot/test/test_bipeds.h"

@@ -9,7 +9,6 @@
 #include <memory>
 #include <tuple>
 
-#include "experiments/crowd/crowds.h"
 #include "experiments/crowd/quality.h"
 #include "experiments/crowd/rvo2.h"
 

@@ -43,6 +43,10 @@ TEST(CameraProcess, SendsImagesWithRisingStampsAndStopsOnRequest) {
   EXPECT_EQ(camera.terminate(), 0) << camera.errors();
 }
 
+bool says(TestNode& peer, const Process& camera, const char* words) {
+  return peer.until([&] { return camera.errors().find(words) != std::string::npos; }, 30s);
+}
+
 TEST(CameraProcess, BadConfigurationExitsWith2) {
   testing::refuses(kCamera, {"teacher=precise,above,high"}, "neither 'precision' nor 'full'");
   testing::refuses(kCamera, {"source=video", "path=/no/film.mp4"}, "/no/film.mp4");
@@ -86,9 +90,6 @@ TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
   peer.open();
   Process camera(graph, kCamera,
                  {"--set", "source=v4l2", "--set", "path=" + video.path, "--set", "light=locked"});
-  const auto says = [&](const char* words) {
-    return peer.until([&] { return camera.errors().find(words) != std::string::npos; }, 30s);
-  };
   ASSERT_TRUE(peer.receive(image, 30s)) << camera.errors();
   // All automatics on, then each off with the value that it has found.
   const std::string exposure = std::to_string(V4L2_CID_EXPOSURE_AUTO),
@@ -101,13 +102,13 @@ TEST(CameraProcess, ACameraUnpluggedForFiveSecondsIsToldAndComesBack) {
   EXPECT_EQ(video.controls().find(std::to_string(V4L2_CID_AUTOGAIN) + "="), std::string::npos)
       << video.controls();
   video.unplug();
-  EXPECT_TRUE(says("unplugged, trying to reopen")) << camera.errors();
+  EXPECT_TRUE(says(peer, camera, "unplugged, trying to reopen")) << camera.errors();
   while (peer.receive(image, 100ms)) {
   }
   EXPECT_FALSE(peer.receive(image, 5s));
   video.plug();
   EXPECT_TRUE(peer.receive(image, 30s)) << camera.errors();
-  EXPECT_TRUE(says("frames again")) << camera.errors();
+  EXPECT_TRUE(says(peer, camera, "frames again")) << camera.errors();
   EXPECT_EQ(camera.terminate(), 0) << camera.errors();
 }
 
@@ -139,11 +140,8 @@ TEST(CameraProcess, OfSeveralModesOneIsChosenSaidAndListed) {
   ASSERT_TRUE(picture) << grey.errors();
   EXPECT_EQ(picture->width(), 640u);
   EXPECT_EQ(picture->data()[0], picture->data()[2]);
-  const auto says = [&](const Process& camera, const char* words) {
-    return peer.until([&] { return camera.errors().find(words) != std::string::npos; }, 30s);
-  };
-  EXPECT_TRUE(says(grey, "640x480 GREY")) << grey.errors();
-  EXPECT_TRUE(says(refused, "offers YUYV, GREY, H264, expected NV12")) << refused.errors();
+  EXPECT_TRUE(says(peer, grey, "640x480 GREY")) << grey.errors();
+  EXPECT_TRUE(says(peer, refused, "offers YUYV, GREY, H264, expected NV12")) << refused.errors();
   video.unplug();
   Process absent("mimesis", {"camera", "list", video.path});
   EXPECT_EQ(absent.wait(30s), 3);

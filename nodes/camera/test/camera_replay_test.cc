@@ -1,8 +1,6 @@
 // A live camera whose device was recorded; one whose device was not is a source.
 #include <gtest/gtest.h>
 
-#include <deque>
-
 #include "common/error.h"
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"

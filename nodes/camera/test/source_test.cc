@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
-#include <cmath>
 #include <deque>
 #include <fstream>
 
@@ -36,13 +35,16 @@ class Files : public ::testing::Test {
     }
     return path;
   }
+  /// A program `ffmpeg`, and a film that only it could read.
+  std::string film_for_ffmpeg(const std::string& script) {
+    const std::filesystem::path program = folder_ / "ffmpeg", film = folder_ / "film.mp4";
+    std::ofstream(program) << "#!/bin/sh\n" << script;
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    std::ofstream(film) << "x";
+    return film.string();
+  }
   testing::TemporaryFolder folder_;
 };
-
-template <class Action>
-std::string complaint(Action&& action) {
-  return testing::refusal([&] { action(); });
-}
 
 TEST_F(Files, AFolderIsShownInTheOrderOfNamesAtTheRate) {
   picture("b.png", 20);
@@ -77,8 +79,8 @@ TEST_F(Files, AFolderIsRepeatedAndBadPicturesAreReported) {
 }
 
 TEST_F(Files, AFolderWithoutPicturesIsRefused) {
-  EXPECT_NE(complaint([&] { FolderReader r(folder_); }).find("holds no"), std::string::npos);
-  EXPECT_NE(complaint([&] { FolderReader r(folder_ / "absent"); }).find("absent"),
+  EXPECT_NE(testing::refusal([&] { FolderReader r(folder_); }).find("holds no"), std::string::npos);
+  EXPECT_NE(testing::refusal([&] { FolderReader r(folder_ / "absent"); }).find("absent"),
             std::string::npos);
 }
 
@@ -115,10 +117,11 @@ TEST_F(Files, AFilmIsReadFrameByFrameAndAgain) {
 }
 
 TEST_F(Files, AFilmThatIsNoneIsRefused) {
-  EXPECT_NE(complaint([&] { FilmReader r(film(1, "no film")); }).find("not a Y4M"),
+  EXPECT_NE(testing::refusal([&] { FilmReader r(film(1, "no film")); }).find("not a Y4M"),
             std::string::npos);
-  EXPECT_NE(complaint([&] { FilmReader r((folder_ / "absent.mp4").string()); }).find("absent.mp4"),
-            std::string::npos);
+  EXPECT_NE(
+      testing::refusal([&] { FilmReader r((folder_ / "absent.mp4").string()); }).find("absent.mp4"),
+      std::string::npos);
 }
 
 /// Puts a folder first on PATH, alone or before the old one.
@@ -134,13 +137,10 @@ class Path {
 };
 
 TEST_F(Files, AnyFilmIsReadThroughTheProgramFfmpeg) {
-  film(3, "YUV4MPEG2 W16 H8 F25:1 C420jpeg");
-  const std::filesystem::path program = folder_ / "ffmpeg";  // writes that film for any arguments
-  std::ofstream(program) << "#!/bin/sh\nexec cat '" << folder_.string() << "/film.y4m'\n";
-  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-  std::ofstream(folder_ / "film.mp4") << "x";
+  const std::string y4m = film(3, "YUV4MPEG2 W16 H8 F25:1 C420jpeg");
+  const std::string mp4 = film_for_ffmpeg("exec cat '" + y4m + "'\n");
   const Path path(folder_, false);
-  FilmReader reader((folder_ / "film.mp4").string());
+  FilmReader reader(mp4);
   EXPECT_EQ(reader.rate_hz(), 25.0);
   image::Image image;
   int pictures = 0;
@@ -149,12 +149,9 @@ TEST_F(Files, AnyFilmIsReadThroughTheProgramFfmpeg) {
 }
 
 TEST_F(Files, AFilmThatFfmpegRefusesGivesItsFirstComplaint) {
-  const std::filesystem::path program = folder_ / "ffmpeg";
-  std::ofstream(program) << "#!/bin/sh\necho 'film.mp4: Invalid data' >&2\necho more >&2\nexit 1\n";
-  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-  std::ofstream(folder_ / "film.mp4") << "x";
+  const auto mp4 = film_for_ffmpeg("echo 'film.mp4: Invalid data' >&2\necho more >&2\nexit 1\n");
   const Path path(folder_, false);
-  const std::string why = complaint([&] { FilmReader r((folder_ / "film.mp4").string()); });
+  const std::string why = testing::refusal([&] { FilmReader r(mp4); });
   EXPECT_NE(why.find("ffmpeg: film.mp4: Invalid data"), std::string::npos) << why;
   EXPECT_EQ(why.find('\n'), std::string::npos);
 }
@@ -163,7 +160,7 @@ TEST_F(Files, WithoutTheProgramFfmpegThereIsOneLine) {
   const std::string file = (folder_ / "film.mp4").string();
   std::ofstream(file) << "x";
   const Path path(folder_, true);
-  const std::string why = complaint([&] { FilmReader r(file); });
+  const std::string why = testing::refusal([&] { FilmReader r(file); });
   EXPECT_NE(why.find("needs the program ffmpeg"), std::string::npos) << why;
 }
 
@@ -216,6 +213,15 @@ class LiveCamera : public ::testing::Test {
     g_monotonic += wait;
     graph_ += wait;
     return capture_.next(graph_);
+  }
+  /// Of six frames, each stamped so long before it is taken, those seen as taken on arrival.
+  int seen_on_arrival(std::chrono::nanoseconds age, std::chrono::nanoseconds grows = 0ms) {
+    int seen = 0;
+    for (int k = 0; k < 6; ++k, age += grows) {
+      camera_.frames = {frame(g_monotonic + 33ms - age)};
+      if (const auto got = after(33ms); got && got->stamp == graph_) ++seen;
+    }
+    return seen;
   }
   std::chrono::nanoseconds graph_ = 7s;
   FakeCamera camera_;
@@ -294,48 +300,22 @@ TEST_F(LiveCamera, LocksTheLightWhenFramesHaveComeForASecondEachTimeItIsOpened) 
 
 /// Drivers stamp by the wall clock, by a host's, or not at all.
 TEST_F(LiveCamera, StampsOfAnotherClockAreReplacedByTheTimeOfArrival) {
-  const auto epoch = [](std::chrono::nanoseconds now) { return now + 1'700'000'000s; };
-  for (int k = 0; k < 2; ++k) {
-    camera_.frames = {frame(epoch(g_monotonic))};
-    EXPECT_FALSE(after(33ms));
-    EXPECT_EQ(capture_.news(), "");
-  }
-  camera_.frames = {frame(epoch(g_monotonic))};
-  const auto third = after(33ms);
-  ASSERT_TRUE(third);
-  EXPECT_EQ(third->stamp, graph_);
+  EXPECT_EQ(seen_on_arrival(-1'700'000'000s), 4);  // from the third on
   EXPECT_EQ(capture_.news(),
             "/dev/video9: the driver's stamps are 1.7e+09 s ahead of the monotonic clock: images "
             "are stamped when they arrive");
-  camera_.frames = {frame(epoch(g_monotonic))};
-  EXPECT_TRUE(after(33ms));
+  EXPECT_EQ(seen_on_arrival(-1'700'000'000s), 6);
   EXPECT_EQ(capture_.news(), "");
 }
 
 TEST_F(LiveCamera, StampsThatStandStillAreReplacedAndSaid) {
-  const auto once = g_monotonic;
-  int seen = 0;
-  for (int k = 0; k < 6; ++k) {
-    camera_.frames = {frame(once)};
-    if (after(10ms)) ++seen;
-  }
-  EXPECT_EQ(seen, 4);  // the first, and those after three equal ones
+  EXPECT_EQ(seen_on_arrival(0ms, 33ms), 4);  // the first, and those after three equal ones
   EXPECT_NE(capture_.news().find("stamps stand still"), std::string::npos);
 }
 
 /// bcm2835-camera took a second off: 640x480 came 0.9 s old [raspberrypi/linux#1318].
 TEST_F(LiveCamera, StampsThatLagAreReplacedAndSaid) {
-  int seen = 0;
-  for (int k = 0; k < 6; ++k) {
-    g_monotonic += 33ms;
-    graph_ += 33ms;
-    camera_.frames = {frame(g_monotonic - 900ms)};
-    if (const auto got = after(0ms)) {
-      EXPECT_EQ(got->stamp, graph_);
-      ++seen;
-    }
-  }
-  EXPECT_EQ(seen, 4);
+  EXPECT_EQ(seen_on_arrival(900ms), 4);
   EXPECT_EQ(capture_.news(),
             "/dev/video9: the driver's stamps are 0.9 s behind the monotonic clock: images are "
             "stamped when they arrive");

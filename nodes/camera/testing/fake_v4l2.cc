@@ -55,6 +55,18 @@ std::string text_of(std::uint32_t fourcc) {
   return {char(fourcc), char(fourcc >> 8), char(fourcc >> 16), char(fourcc >> 24)};
 }
 
+template <class Asked>
+std::vector<Mode> modes_of(const Asked& asked) {
+  std::vector<Mode> of = modes();
+  std::erase_if(of, [&](const Mode& mode) {
+    if (mode.fourcc != text_of(asked.pixel_format)) return true;
+    if constexpr (requires { asked.width; })
+      return mode.width != asked.width || mode.height != asked.height;
+    return false;
+  });
+  return of;
+}
+
 /// Entry `index` of what is listed; EINVAL behind the last.
 template <class T, class Put>
 int entry(const std::vector<T>& list, unsigned index, const Put& put) {
@@ -78,24 +90,14 @@ int list_formats(v4l2_fmtdesc& out) {
 }
 
 int list_sizes(v4l2_frmsizeenum& out) {
-  std::vector<Mode> of;
-  for (const Mode& mode : modes()) {
-    if (mode.fourcc == text_of(out.pixel_format)) of.push_back(mode);
-  }
-  return entry(of, out.index, [&](const Mode& mode) {
+  return entry(modes_of(out), out.index, [&](const Mode& mode) {
     out.type = V4L2_FRMSIZE_TYPE_DISCRETE;
     out.discrete = {mode.width, mode.height};
   });
 }
 
 int list_rates(v4l2_frmivalenum& out) {
-  std::vector<Mode> of;
-  for (const Mode& mode : modes()) {
-    if (mode.fourcc == text_of(out.pixel_format) && mode.width == out.width &&
-        mode.height == out.height)
-      of.push_back(mode);
-  }
-  return entry(of, out.index, [&](const Mode& mode) {
+  return entry(modes_of(out), out.index, [&](const Mode& mode) {
     out.type = V4L2_FRMIVAL_TYPE_DISCRETE;
     out.discrete = {1, mode.rate_hz};
   });

@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "common/testing/bad_settings.h"
 #include "common/testing/process.h"
 #include "nodes/cognition/test/files.h"

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <string>
 
-#include "common/error.h"
 #include "common/testing/no_malloc.h"
 #include "common/testing/refusal.h"
 #include "nodes/cognition/exponential.h"

@@ -5,7 +5,6 @@
 #include <iostream>
 #include <sstream>
 
-#include "nodes/crowd/crowd_messages.h"
 #include "nodes/crowd/fuzz/scenarios.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
 #include "nodes/crowd/test/scenario_file.h"

@@ -2,13 +2,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <map>
 #include <random>
 #include <vector>
 
 #include "common/error.h"
-#include "common/math/circle.h"
 #include "common/testing/refusal.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
 #include "nodes/crowd/test/alone.h"

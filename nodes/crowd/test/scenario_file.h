@@ -1,10 +1,8 @@
 #pragma once
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <string>
 
-#include "common/error.h"
 #include "common/testing/temporary_folder.h"
 #include "nodes/crowd/crowd_node.h"
 

@@ -11,8 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/error.h"
-#include "common/math/circle.h"
 #include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
 #include "nodes/crowd/certificate/certificate.h"

@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "common/error.h"
 #include "nodes/planner/verb/tool_way.h"
 #include "nodes/planner/verb/verify_scene.h"
 

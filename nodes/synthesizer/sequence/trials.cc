@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "common/error.h"
 #include "common/math/so3.h"
 #include "nodes/synthesizer/sequence/performer.h"
 

@@ -8,7 +8,6 @@
 #include <functional>
 #include <numbers>
 
-#include "common/error.h"
 #include "common/math/circle.h"
 #include "common/testing/no_malloc.h"
 #include "common/testing/refusal.h"

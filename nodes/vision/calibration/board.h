@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/error.h"
 #include "common/image/image.h"
 
 namespace mimesis::vision {

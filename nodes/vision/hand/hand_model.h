@@ -2,7 +2,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace mimesis::vision {
 

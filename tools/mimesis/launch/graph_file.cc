@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
-#include <set>
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"

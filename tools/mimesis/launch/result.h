@@ -12,10 +12,8 @@
 #include <cstdint>
 #include <deque>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>

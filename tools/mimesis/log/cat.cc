@@ -24,7 +24,6 @@
 #include "tools/mimesis/json_depth.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {

@@ -26,7 +26,6 @@ namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
-using log::Opcode;
 using enum Severity;
 
 constexpr std::string_view kDamage = "damage";  // a kind: the cause of others

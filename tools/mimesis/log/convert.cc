@@ -22,7 +22,6 @@
 #include "tools/mimesis/log/ros_messages.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
-#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {

@@ -10,8 +10,6 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-#include <limits>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>

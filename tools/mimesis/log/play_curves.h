@@ -3,10 +3,7 @@
 #include <condition_variable>
 #include <deque>
 #include <limits>
-#include <map>
-#include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <string>
 #include <thread>

@@ -1,5 +1,4 @@
 #pragma once
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -15,7 +14,6 @@
 #include <string>
 #include <thread>
 
-#include "common/error.h"
 #include "common/runtime/node_clock.h"
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"

@@ -3,7 +3,6 @@
 #include <cctype>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "proto/cognition.pb.h"
 #include "proto/player.pb.h"

@@ -1,7 +1,5 @@
 #include "tools/mimesis/view/live_graph.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 
 #include "common/math/so3.h"
 #include "common/motion/mocap/clip_file.h"

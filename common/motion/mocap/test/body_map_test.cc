@@ -6,7 +6,6 @@
 #include <memory>
 #include <new>
 
-#include "common/error.h"
 #include "common/math/so3.h"
 #include "common/motion/mocap/body.h"
 #include "common/motion/mocap/clip_file.h"

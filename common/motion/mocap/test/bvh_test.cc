@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "common/math/so3.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/test/reader_checks.h"

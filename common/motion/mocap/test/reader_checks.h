@@ -2,7 +2,6 @@
 #include <numbers>
 #include <string>
 
-#include "common/error.h"
 #include "common/math/so3.h"
 #include "common/motion/mocap/body.h"
 #include "common/testing/refusal.h"

@@ -7,7 +7,6 @@
 #include <map>
 #include <sstream>
 
-#include "common/math/circle.h"
 #include "common/math/so3.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"

@@ -1,5 +1,5 @@
 #pragma once
-#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/body.h"
 
 namespace mimesis::mocap {
 

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "common/error.h"
 #include "common/model/files.h"
 #include "common/shared_data.h"
 #include "common/testing/refusal.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/body.h"
 #include "common/motion/retarget/to_body.h"
 
 namespace mimesis::retarget {

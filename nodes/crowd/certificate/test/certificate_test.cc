@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/math/circle.h"
 #include "nodes/crowd/certificate/contraction.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/certificate/test/line.h"

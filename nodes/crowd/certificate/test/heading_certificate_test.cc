@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 
-#include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/certificate/swaying_way.h"
 #include "nodes/crowd/certificate/test/line.h"
 

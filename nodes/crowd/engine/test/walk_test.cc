@@ -6,10 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "common/error.h"
 #include "common/math/circle.h"
 #include "common/parallel/team.h"
-#include "common/testing/no_malloc.h"
 #include "nodes/crowd/engine/crowd.h"
 #include "nodes/crowd/rules/rules.h"
 

@@ -4,8 +4,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <complex>
-#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>

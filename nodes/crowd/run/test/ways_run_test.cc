@@ -10,8 +10,6 @@
 namespace mimesis::crowd {
 namespace {
 
-using Eigen::Vector2d;
-
 Scenario people(const std::vector<double>& from_m, const std::vector<double>& to_m) {
   Scenario s = scenario({group("people", static_cast<int>(from_m.size() / 2))});
   Group& g = s.groups[0];

@@ -21,7 +21,6 @@ namespace mimesis::planner {
 namespace {
 
 namespace fs = std::filesystem;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
 using peer::Draw;
 

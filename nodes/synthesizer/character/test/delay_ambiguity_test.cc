@@ -4,9 +4,7 @@
 
 #include <cmath>
 #include <numbers>
-#include <utility>
 
-#include "common/error.h"
 #include "common/math/circle.h"
 #include "common/motion/demix/mixture.h"
 #include "common/testing/no_malloc.h"

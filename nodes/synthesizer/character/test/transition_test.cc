@@ -3,9 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/error.h"
-#include "common/math/circle.h"
-#include "common/testing/no_malloc.h"
 #include "nodes/synthesizer/character/parameters.h"
 
 namespace mimesis::synthesizer {

@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstring>
 
-#include "common/error.h"
 #include "common/math/circle.h"
 #include "common/math/so3.h"
 #include "common/motion/demix/mixture.h"

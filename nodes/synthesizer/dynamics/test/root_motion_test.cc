@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "common/math/circle.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
-#include "nodes/synthesizer/dynamics/posture.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer {

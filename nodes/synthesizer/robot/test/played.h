@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 

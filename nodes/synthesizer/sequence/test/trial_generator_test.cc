@@ -1,8 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cmath>
-
-#include "common/error.h"
 #include "nodes/synthesizer/sequence/trials.h"
 
 namespace mimesis::synthesizer {

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <random>
-#include <vector>
 
 #include "common/image/image.h"
 #include "nodes/vision/calibration/board.h"

@@ -2,12 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "common/error.h"
 #include "common/image/image.h"
 #include "common/testing/process.h"
 #include "common/testing/refusal.h"
@@ -17,7 +15,6 @@
 namespace mimesis::tool {
 namespace {
 
-namespace fs = std::filesystem;
 using vision::Kind;
 
 class Teach : public testing::VerbTest {

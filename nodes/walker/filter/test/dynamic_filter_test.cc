@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "common/error.h"
 #include "common/robot/test/test_bipeds.h"
 #include "common/testing/no_malloc.h"
 #include "nodes/walker/filter/test/plain_walk.h"

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/error.h"
 #include "common/testing/process.h"
 #include "common/testing/refusal.h"
 #include "tools/mimesis/launch/test/graph_text.h"

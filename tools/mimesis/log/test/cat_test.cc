@@ -15,7 +15,6 @@ namespace {
 
 using nlohmann::ordered_json;
 using testlogs::log_bytes;
-using testlogs::Sent;
 
 std::string json_text(const google::protobuf::Message& message, BytesText bytes) {
   std::string out;
@@ -59,18 +58,7 @@ TEST(JsonText, SaysTheSameAsMessageJson) {
   }
 }
 
-class Cat : public testlogs::ToolLogs {
- protected:
-  std::vector<ordered_json> cat(const CatOptions& options, int code = 0) {
-    std::string text;
-    const auto logs = open_logs(options.files);
-    EXPECT_EQ(cat_messages(logs, options, [&](std::string_view part) { text += part; }), code);
-    std::vector<ordered_json> lines;
-    std::istringstream in(text);
-    for (std::string line; std::getline(in, line);) lines.push_back(ordered_json::parse(line));
-    return lines;
-  }
-};
+using Cat = testlogs::ToolLogs;
 
 TEST_F(Cat, OneObjectPerMessageInTheOrderOfLogTime) {
   CatOptions options;

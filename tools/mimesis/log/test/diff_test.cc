@@ -5,7 +5,6 @@
 
 #include <tuple>
 
-#include "common/error.h"
 #include "common/testing/refusal.h"
 #include "proto/bridge.pb.h"
 #include "proto/planner.pb.h"

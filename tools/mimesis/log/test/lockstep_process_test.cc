@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include <csignal>
-#include <filesystem>
 
 #include "common/log/indexed_reader.h"
 #include "common/runtime/own_topics.h"
@@ -17,7 +16,6 @@ namespace {
 using testing::Process;
 using testing::TestGraph;
 using namespace std::chrono_literals;
-namespace fs = std::filesystem;
 
 struct Line {
   std::string topic;

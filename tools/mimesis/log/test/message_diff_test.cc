@@ -5,7 +5,6 @@
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 
 #include "proto/bridge.pb.h"

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <limits>
 
 #include "common/log/writer.h"
 #include "tools/mimesis/log/playback.h"

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include <csignal>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/log/summary.h"
@@ -24,7 +23,6 @@ using testing::Process;
 using testing::TestGraph;
 using testing::TestNode;
 using namespace std::chrono_literals;
-namespace fs = std::filesystem;
 
 constexpr std::uint64_t kSecond = 1'000'000'000, kBase = 1'700'000'000 * kSecond;
 constexpr auto kPatience = 10s;

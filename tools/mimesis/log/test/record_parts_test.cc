@@ -1,8 +1,6 @@
 // Small parts of the recorder: sizes, limits, end, silence, provenance.
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 #include "proto/foxglove/image.pb.h"
 #include "tools/mimesis/log/elided_payload.h"
 #include "tools/mimesis/log/provenance.h"

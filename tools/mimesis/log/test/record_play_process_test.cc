@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include <csignal>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/log/indexed_reader.h"
@@ -19,7 +18,6 @@ using runtime::Reliable;
 using testing::Process;
 using testing::TestGraph;
 using testing::TestNode;
-namespace fs = std::filesystem;
 
 const std::string kText = MIMESIS_SOURCE_DIR "/LICENSE";  // no log
 

@@ -1,5 +1,4 @@
 // info, cat, check, recover, filter as people call them: exit codes and lines.
-#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "common/testing/process.h"

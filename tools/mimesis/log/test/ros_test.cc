@@ -43,15 +43,6 @@ class RosLog : public testlogs::ToolLogs {
     }
     return save(name, log.finish());
   }
-  std::vector<ordered_json> cat(const CatOptions& options, int code = 0) {
-    std::string text;
-    const auto logs = open_logs(options.files);
-    EXPECT_EQ(cat_messages(logs, options, [&](std::string_view part) { text += part; }), code);
-    std::vector<ordered_json> lines;
-    std::istringstream in(text);
-    for (std::string line; std::getline(in, line);) lines.push_back(ordered_json::parse(line));
-    return lines;
-  }
 };
 
 TEST_F(RosLog, IsShownByItsDefinitions) {

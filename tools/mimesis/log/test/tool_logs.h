@@ -1,10 +1,9 @@
 #pragma once
 #include <gtest/gtest.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -14,6 +13,8 @@
 #include "common/runtime/raw.h"
 #include "common/testing/temporary_folder.h"
 #include "proto/runtime.pb.h"
+#include "tools/mimesis/log/cat.h"
+#include "tools/mimesis/log/open_log.h"
 
 /// Small logs in files, for the tools that rewrite them.
 namespace mimesis::tool::testlogs {
@@ -122,6 +123,17 @@ class ToolLogs : public ::testing::Test {
     }
     std::sort(names.begin(), names.end());
     return names;
+  }
+  /// What `log cat` prints, a line each.
+  std::vector<nlohmann::ordered_json> cat(const CatOptions& options, int code = 0) {
+    std::string text;
+    const auto logs = open_logs(options.files);
+    EXPECT_EQ(cat_messages(logs, options, [&](std::string_view part) { text += part; }), code);
+    std::vector<nlohmann::ordered_json> lines;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);)
+      lines.push_back(nlohmann::ordered_json::parse(line));
+    return lines;
   }
 
  private:
