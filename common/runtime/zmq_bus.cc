@@ -15,6 +15,7 @@
 
 #include "common/error.h"
 #include "common/runtime/log.h"
+#include "common/runtime/message_limit.h"
 #include "common/runtime/publisher.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
@@ -151,8 +152,8 @@ struct ZmqBus::Impl {
   void tell_mismatches(const v1::NodeInfo& other);
   void forget(const v1::NodeInfo& node);
   void publish_info();
-  /// Ends all connections of hosts whose keys were taken back.
-  void drop_revoked();
+  /// Serves the gate, ends connections of hosts whose keys were taken back, tells of cut ones.
+  void guard();
   /// Waits (at most 2 s) until all that `selects` chooses among the living have greeted the
   /// reliable socket.
   void await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects);
@@ -193,6 +194,8 @@ struct ZmqBus::Impl {
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up
   std::uint64_t told_overflow = 0;
+  const std::uint64_t cut_before = cut_connections().count;
+  bool told_cut = false;
   Throttle overflow_throttle{1s};
 };
 
@@ -248,13 +251,17 @@ void ZmqBus::Impl::serve() {
   notify_alive();
   publish_info();
   discover();
-  gate.serve();
-  drop_revoked();
+  guard();
   serve_publisher();
   server.serve();
 }
 
-void ZmqBus::Impl::drop_revoked() {
+void ZmqBus::Impl::guard() {
+  gate.serve();
+  if (const Cut cut = cut_connections(); cut.count > cut_before && !std::exchange(told_cut, true)) {
+    warn("a connection of {} was closed: a message beyond {} MB, or not of ZMTP 3",
+         cut.pid == 0 ? "tcp" : fmt::format("process {}", cut.pid), kLargestWhole >> 20U);
+  }
   for (const std::string& key : gate.revoked()) {
     publisher.end_connections(key);
     server.end_connections(key);
@@ -373,8 +380,7 @@ void ZmqBus::Impl::find_mapping() {
 
 void ZmqBus::Impl::serve_arrived() {
   publish_info();
-  gate.serve();
-  drop_revoked();
+  guard();
   if (readable(publisher.data_socket().handle()) ||
       readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
     serve_publisher();
@@ -628,7 +634,8 @@ std::uint64_t ZmqBus::backlog() const { return impl_->publisher.backlog(); }
 std::uint64_t ZmqBus::backlog_bytes() const { return impl_->publisher.backlog_bytes(); }
 std::uint64_t ZmqBus::overflow() const { return impl_->publisher.overflow(); }
 std::uint64_t ZmqBus::malformed() const {
-  return impl_->subscriber.malformed() + impl_->publisher.refused();
+  return impl_->subscriber.malformed() + impl_->publisher.refused() + cut_connections().count -
+         impl_->cut_before;
 }
 
 std::vector<v1::NodeInfo> ZmqBus::known_nodes() const {

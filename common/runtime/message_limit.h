@@ -1,0 +1,26 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "common/runtime/wire.h"
+
+// libzmq bounds a frame (ZMQ_MAXMSGSIZE) but not a message: frames of one that never ends pile up
+// in its queues, and no reader sees any of them. So this library defines recv(), which libzmq
+// calls, and follows the frames of each connection (ZMTP 3, RFC 37); a connection that exceeds a
+// limit reads as closed by its peer. After a CURVE handshake frames are encrypted: a host whose key
+// is trusted is bounded by ZMQ_MAXMSGSIZE alone.
+namespace mimesis::runtime {
+
+/// All frames of one message [bytes], each with what libzmq keeps of it.
+constexpr std::size_t kLargestWhole = kLargestMessage + (std::size_t{1} << 20U);
+/// A command, or a frame of a peer that has not shown yet who it is [bytes].
+constexpr std::size_t kLargestCommand = std::size_t{64} << 10U;
+
+/// Connections of this process that were cut.
+struct Cut {
+  std::uint64_t count = 0;
+  int pid = 0;  ///< of the last one's other end; 0: it came by tcp
+};
+Cut cut_connections();
+
+}  // namespace mimesis::runtime
