@@ -13,8 +13,7 @@
 namespace mimesis::runtime {
 namespace {
 
-std::atomic<std::uint64_t> cut_count{0};
-std::atomic<int> cut_pid{0};
+std::atomic<std::uint64_t> cut_count{0}, cut_pid{0};
 
 /// What came by one connection, as far as its limits need it.
 class ZmtpStream {
@@ -22,18 +21,13 @@ class ZmtpStream {
   /// False: it exceeds a limit, or is not ZMTP 3, which every node speaks.
   bool take(std::string_view bytes) {
     while (!bytes.empty()) {
-      if (seen_ < kGreeting) {
-        if (!greet(static_cast<unsigned char>(bytes.front()))) return false;
-        bytes.remove_prefix(1);
-      } else if (body_ > 0) {
-        const std::uint64_t part = std::min<std::uint64_t>(body_, bytes.size());
-        bytes.remove_prefix(part);
-        body_ -= part;
-      } else {
-        const bool whole = size_bytes_ > 0 ? size(bytes.front()) : flags(bytes.front());
-        bytes.remove_prefix(1);
-        if (whole && !frame()) return false;
-      }
+      const std::uint64_t part = std::min<std::uint64_t>(body_, bytes.size());
+      body_ -= part;
+      bytes.remove_prefix(part);
+      if (bytes.empty()) break;
+      const auto byte = static_cast<unsigned char>(bytes.front());
+      if (seen_ < kGreeting ? !greet(byte) : header(byte) && !frame()) return false;
+      bytes.remove_prefix(1);
     }
     return true;
   }
@@ -41,39 +35,39 @@ class ZmtpStream {
  private:
   static constexpr int kGreeting = 64, kVersion = 10, kMechanism = 12;
   static constexpr unsigned kMore = 1, kLong = 2, kCommand = 4;
+  static constexpr std::uint64_t kKept = 64;  // libzmq keeps of a frame, sizeof(zmq_msg_t)
 
   bool greet(unsigned char byte) {
     const int at = seen_++;
-    if (at == kMechanism) handshake_ = byte == 'C' ? 2 : 1;  // CURVE's has two commands of a peer
+    if (at == kMechanism) handshake_ = byte == 'C' ? 2 : 1;  // CURVE has two commands of a peer
     return (at != 0 || byte == 0xff) && (at != kVersion - 1 || (byte & 1U) != 0) &&
            (at != kVersion || byte >= 3);
   }
-  /// These two return true behind a frame's header.
-  bool flags(char byte) {
-    flags_ = static_cast<unsigned char>(byte);
-    size_bytes_ = (flags_ & kLong) != 0 ? 8 : 1;
-    size_ = 0;
-    return false;
-  }
-  bool size(char byte) {
-    size_ = size_ << 8U | static_cast<unsigned char>(byte);
+  /// True behind a frame's header.
+  bool header(unsigned char byte) {
+    if (size_bytes_ == 0) {
+      flags_ = byte;
+      size_bytes_ = (byte & kLong) != 0 ? 8 : 1;
+      size_ = 0;
+      return false;
+    }
+    size_ = size_ << 8U | byte;
     return --size_bytes_ == 0;
   }
   bool frame() {
     body_ = size_;
     const bool command = (flags_ & kCommand) != 0;
     if ((command || handshake_ > 0) && size_ > kLargestCommand) return false;
-    handshake_ -= handshake_ > 0 ? 1 : 0;
+    handshake_ = std::max(handshake_ - 1, 0);
     if (command) return true;  // may stand between the frames of a message
     if (size_ > kLargestMessage || (message_ += size_ + kKept) > kLargestWhole) return false;
     if ((flags_ & kMore) == 0) message_ = 0;
     return true;
   }
 
-  static constexpr std::uint64_t kKept = 64;  // sizeof(zmq_msg_t)
-  int seen_ = 0;                              ///< bytes of the greeting
-  int handshake_ = 0;                         ///< commands that are left of it
-  int size_bytes_ = 0;                        ///< of the header, that are left
+  int seen_ = 0;        ///< bytes of the greeting
+  int handshake_ = 0;   ///< commands that are left of it
+  int size_bytes_ = 0;  ///< of the header, that are left
   unsigned flags_ = 0;
   std::uint64_t size_ = 0, body_ = 0;  ///< of the frame; what is left of it
   std::uint64_t message_ = 0;          ///< so far
@@ -94,8 +88,8 @@ class Connections {
     if (stream.take(bytes)) return true;
     ucred peer{};
     socklen_t size = sizeof peer;
-    const bool local = getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
-    cut_pid = local ? std::max(peer.pid, 0) : 0;
+    getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size);  // of tcp it says nothing
+    cut_pid = static_cast<std::uint64_t>(std::max(peer.pid, 0));
     ++cut_count;
     return false;
   }
@@ -106,13 +100,13 @@ class Connections {
 
 bool is_thread_of_libzmq() {
   std::array<char, 16> name{};
-  pthread_getname_np(pthread_self(), name.data(), name.size());
-  return std::string_view(name.data()).starts_with("ZMQbg/IO");
+  return pthread_getname_np(pthread_self(), name.data(), name.size()) == 0 &&
+         std::string_view(name.data()).starts_with("ZMQbg/IO");
 }
 
 }  // namespace
 
-Cut cut_connections() { return {cut_count, cut_pid}; }
+Cut cut_connections() { return {cut_count, static_cast<int>(cut_pid)}; }
 
 }  // namespace mimesis::runtime
 
@@ -123,7 +117,6 @@ extern "C" __attribute__((visibility("default"))) ssize_t recv(int fd, void* buf
   static thread_local const bool of_libzmq = is_thread_of_libzmq();
   if (got <= 0 || !of_libzmq) return got;
   static thread_local Connections connections;
-  return connections.take(fd, {static_cast<const char*>(buffer), static_cast<std::size_t>(got)})
-             ? got
-             : 0;  // as if the peer had closed it
+  const std::string_view bytes(static_cast<const char*>(buffer), static_cast<std::size_t>(got));
+  return connections.take(fd, bytes) ? got : 0;  // 0: as if the peer had closed it
 }

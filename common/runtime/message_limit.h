@@ -11,10 +11,9 @@
 // is trusted is bounded by ZMQ_MAXMSGSIZE alone.
 namespace mimesis::runtime {
 
-/// All frames of one message [bytes], each with what libzmq keeps of it.
-constexpr std::size_t kLargestWhole = kLargestMessage + (std::size_t{1} << 20U);
+constexpr std::size_t kLargestWhole = kLargestMessage + (1U << 20U);  ///< message [bytes]
 /// A command, or a frame of a peer that has not shown yet who it is [bytes].
-constexpr std::size_t kLargestCommand = std::size_t{64} << 10U;
+constexpr std::size_t kLargestCommand = 64U << 10U;
 
 /// Connections of this process that were cut.
 struct Cut {

@@ -198,7 +198,6 @@ struct ZmqBus::Impl {
   bool behind = false;                ///< flush() gave up
   std::uint64_t told_overflow = 0;
   const std::uint64_t cut_before = cut_connections().count;
-  bool told_cut = false;
   Throttle overflow_throttle{1s};
 };
 
@@ -261,7 +260,7 @@ void ZmqBus::Impl::serve() {
 
 void ZmqBus::Impl::guard() {
   gate.serve();
-  if (const Cut cut = cut_connections(); cut.count > cut_before && !std::exchange(told_cut, true)) {
+  if (const Cut cut = cut_connections(); cut.count > cut_before && said.emplace(0, "cut").second) {
     warn("a connection of {} was closed: a message beyond {} MB, or not of ZMTP 3",
          cut.pid == 0 ? "tcp" : fmt::format("process {}", cut.pid), kLargestWhole >> 20U);
   }
