@@ -76,12 +76,12 @@ class ZmtpStream {
 /// Connections of one of libzmq's threads, which alone reads from them.
 class Connections {
  public:
-  /// False: the connection is to be closed.
-  bool take(int fd, std::string_view bytes) {
-    struct stat st {};
-    if (fstat(fd, &st) != 0 || !S_ISSOCK(st.st_mode)) return true;
+  /// False: the connection is to be closed. `asked`: size of libzmq's buffer
+  bool take(int fd, std::string_view bytes, std::size_t asked) {
     auto& [inode, stream] = by_fd_[fd];
-    if (inode != st.st_ino) {  // a new connection with the number of one that ended
+    struct stat st {};
+    // Less is asked for within the greeting: a connection may have the number of one that ended.
+    if (asked < kBatch && fstat(fd, &st) == 0 && inode != st.st_ino) {
       inode = st.st_ino;
       stream = {};
     }
@@ -95,6 +95,7 @@ class Connections {
   }
 
  private:
+  static constexpr std::size_t kBatch = 8192;  // of libzmq
   std::unordered_map<int, std::pair<ino_t, ZmtpStream>> by_fd_;
 };
 
@@ -118,5 +119,5 @@ extern "C" __attribute__((visibility("default"))) ssize_t recv(int fd, void* buf
   if (got <= 0 || !of_libzmq) return got;
   static thread_local Connections connections;
   const std::string_view bytes(static_cast<const char*>(buffer), static_cast<std::size_t>(got));
-  return connections.take(fd, bytes) ? got : 0;  // 0: as if the peer had closed it
+  return connections.take(fd, bytes, size) ? got : 0;  // 0: as if the peer had closed it
 }
