@@ -1,6 +1,7 @@
 #include "common/runtime/keys.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zmq.h>
@@ -12,10 +13,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <vector>
 
 #include "common/error.h"
+#include "common/runtime/log.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -48,6 +51,20 @@ void write_file(const fs::path& path, const std::string& text) {
   const int why = errno;
   if (fd >= 0) close(fd);
   if (!written) throw ConfigError("cannot write " + path.string() + ": " + std::strerror(why));
+}
+
+/// Why a list of keys is not believed; empty: it is, or there is none.
+std::string unsafe(const fs::path& path) {
+  struct stat st {};
+  if (stat(path.c_str(), &st) != 0) return {};
+  const bool ours = st.st_uid == geteuid() || st.st_uid == 0,
+             shared = (st.st_mode & (S_IWGRP | S_IWOTH)) != 0;
+  return ours && !shared ? "" : path.string() + ": other users may write it";
+}
+
+void say_once(const std::string& line) {
+  static std::set<std::string> said;
+  if (said.size() < 100 && said.insert(line).second) warn("{}", line);
 }
 
 }  // namespace
@@ -85,11 +102,19 @@ KeyPair make_key(bool replace) {
 std::map<std::string, std::string> trusted_keys() {
   std::map<std::string, std::string> keys;
   for (const fs::path& path : {config_folder() / "trusted", fs::path("/etc/mimesis/trusted")}) {
+    if (const std::string why = unsafe(path); !why.empty()) {
+      say_once(why + ", so none of its keys is trusted");
+      continue;
+    }
     std::ifstream file(path);
-    for (std::string line; std::getline(file, line);) {
+    for (auto [number, line] = std::pair(1, std::string()); std::getline(file, line); ++number) {
       std::istringstream words(line);
       std::string key, name;
-      if (words >> key >> name && is_key(key)) keys.emplace(key, name);
+      if (words >> key >> name && is_key(key))  // which may begin with #, too
+        keys.emplace(key, name);
+      else if (!key.empty() && key.front() != '#')
+        say_once(fmt::format("{}:{}: ignored, expected a key of {} characters and a name",
+                             path.string(), number, kKeyLength));
     }
   }
   return keys;
@@ -103,6 +128,7 @@ void trust_key(const std::string& name, const std::string& key) {
                       name);
   }
   const fs::path path = config_folder() / "trusted";
+  if (const std::string why = unsafe(path); !why.empty()) throw ConfigError(why);
   std::string text;
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {

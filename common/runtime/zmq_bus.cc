@@ -9,12 +9,14 @@
 #include <algorithm>
 #include <array>
 #include <climits>
+#include <fstream>
 #include <set>
 #include <thread>
 #include <tuple>
 
 #include "common/error.h"
 #include "common/runtime/log.h"
+#include "common/runtime/message_limit.h"
 #include "common/runtime/publisher.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
@@ -138,6 +140,8 @@ struct ZmqBus::Impl {
   std::chrono::nanoseconds patience(bool messages);
   void serve_arrived();
   void serve_publisher();
+  /// Those nodes of this host that a signal has stopped, for a warning; empty: none.
+  std::string stopped_subscribers() const;
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();
   void meet(const v1::NodeInfo& node);
@@ -151,8 +155,8 @@ struct ZmqBus::Impl {
   void tell_mismatches(const v1::NodeInfo& other);
   void forget(const v1::NodeInfo& node);
   void publish_info();
-  /// Ends all connections of hosts whose keys were taken back.
-  void drop_revoked();
+  /// Serves the gate, ends connections of hosts whose keys were taken back, tells of cut ones.
+  void guard();
   /// Waits (at most 2 s) until all that `selects` chooses among the living have greeted the
   /// reliable socket.
   void await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects);
@@ -193,6 +197,7 @@ struct ZmqBus::Impl {
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up
   std::uint64_t told_overflow = 0;
+  const std::uint64_t cut_before = cut_connections().count;
   Throttle overflow_throttle{1s};
 };
 
@@ -248,13 +253,16 @@ void ZmqBus::Impl::serve() {
   notify_alive();
   publish_info();
   discover();
-  gate.serve();
-  drop_revoked();
+  guard();
   serve_publisher();
   server.serve();
 }
 
-void ZmqBus::Impl::drop_revoked() {
+void ZmqBus::Impl::guard() {
+  gate.serve();
+  if (const Cut cut = cut_connections(); cut.count > cut_before && said.emplace(0, "cut").second)
+    warn("a connection of {} was closed: a message beyond {} MB, or not of ZMTP 3",
+         cut.pid == 0 ? "tcp" : fmt::format("process {}", cut.pid), kLargestWhole >> 20U);
   for (const std::string& key : gate.revoked()) {
     publisher.end_connections(key);
     server.end_connections(key);
@@ -275,7 +283,21 @@ void ZmqBus::Impl::serve_publisher() {
   publisher.serve();
   if (publisher.overflow() == told_overflow || !overflow_throttle.pass()) return;
   told_overflow = publisher.overflow();
-  warn("reliable subscribers that took nothing have missed {} messages", told_overflow);
+  warn("reliable subscribers that took nothing have missed {} messages{}", told_overflow,
+       stopped_subscribers());
+}
+
+std::string ZmqBus::Impl::stopped_subscribers() const {
+  std::string names;
+  for (const auto& [start_id, node] : known) {
+    const bool here = node.data_endpoints().empty() || node.data_endpoints(0).starts_with("ipc:");
+    std::string stat;
+    if (!here || !std::getline(std::ifstream(fmt::format("/proc/{}/stat", node.pid())), stat))
+      continue;
+    if (const std::size_t state = stat.rfind(") "); stat.substr(state + 2, 1) == "T")
+      names += fmt::format("{} {}", names.empty() ? "; stopped by a signal:" : ",", node.name());
+  }
+  return names;
 }
 
 void ZmqBus::Impl::discover() {
@@ -373,8 +395,7 @@ void ZmqBus::Impl::find_mapping() {
 
 void ZmqBus::Impl::serve_arrived() {
   publish_info();
-  gate.serve();
-  drop_revoked();
+  guard();
   if (readable(publisher.data_socket().handle()) ||
       readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
     serve_publisher();
@@ -628,7 +649,8 @@ std::uint64_t ZmqBus::backlog() const { return impl_->publisher.backlog(); }
 std::uint64_t ZmqBus::backlog_bytes() const { return impl_->publisher.backlog_bytes(); }
 std::uint64_t ZmqBus::overflow() const { return impl_->publisher.overflow(); }
 std::uint64_t ZmqBus::malformed() const {
-  return impl_->subscriber.malformed() + impl_->publisher.refused();
+  return impl_->subscriber.malformed() + impl_->publisher.refused() + cut_connections().count -
+         impl_->cut_before;
 }
 
 std::vector<v1::NodeInfo> ZmqBus::known_nodes() const {

@@ -176,7 +176,8 @@ std::string plain(std::string_view label) {
     label.remove_prefix(colon + 1);
   }
   std::string out;
-  for (const unsigned char c : label) {
+  for (const char each : label) {
+    const auto c = static_cast<unsigned char>(each);
     if (std::isalnum(c) != 0) out += static_cast<char>(std::toupper(c));
   }
   if (out.starts_with("LEFT")) out.erase(1, 3);

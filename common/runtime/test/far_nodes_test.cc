@@ -196,6 +196,25 @@ TEST_F(Keys, WhatLeavesAHostIsForThoseWhoTrustEachOther) {
   EXPECT_THROW(untrust_key("here"), ConfigError);
 }
 
+TEST_F(Keys, OfALineThatIsNoneAreSaidAndOfAFileThatOthersWriteAreNotTrusted) {
+  home("here");
+  const std::string key = make_key(false).public_key;
+  trust_key("there", key);
+  const std::filesystem::path file =
+      std::filesystem::path(std::getenv("XDG_CONFIG_HOME")) / "mimesis/trusted";
+  std::ofstream(file, std::ios::app) << "\xef\xbb\xbf" << key << " marked\n# a comment\n";
+  ::testing::internal::CaptureStderr();
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(trusted_keys().size(), 1U);
+  using enum std::filesystem::perms;
+  permissions(file, group_write, std::filesystem::perm_options::add);
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(trusted_keys().empty());
+  EXPECT_THROW(trust_key("there", key), ConfigError);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(lines(said), 2) << said;
+  EXPECT_NE(said.find("trusted:2: ignored, expected a key of 40"), std::string::npos) << said;
+  EXPECT_NE(said.find("other users may write it"), std::string::npos) << said;
+}
+
 TEST_F(Keys, AStrangerWithoutKeysGetsNothingAndIsNamedOnce) {
   TestGraph there;
   home("there");

@@ -86,6 +86,10 @@ void setup(std::span<const std::uint8_t> bytes) {
   for (; bytes.size() >= 5 && !master.configured(); now += 200ms) {
     requests.clear();
     master.advance(now, requests);
+    if (!master.failure().empty()) {  // too many answers that were none
+      master.restart();
+      continue;
+    }
     demand(requests.size() == 1);
     constexpr std::array<std::uint8_t, 3> kKinds{0x60, 0x80, 0x43};
     can::Frame answer = requests.front();

@@ -217,10 +217,11 @@ TEST_F(LaunchHosts, AKeyThatIsTakenBackIsHeardNoMore) {
   EXPECT_NE(at(1).told("key list --json --graph " + graph_).find(key + "\",\"nodes\":[\"b\"]"),
             std::string::npos);
   at(1).told("key untrust h2");
+  const auto untrusted = std::chrono::steady_clock::now();
   ASSERT_TRUE(until([&] {
     return here->errors().find("not trusted any more") != std::string::npos;
   })) << here->errors();
-  std::this_thread::sleep_for(2s);  // the promise
+  std::this_thread::sleep_until(untrusted + 2s);  // the promise
   const std::size_t heard_here = here->output().size(), heard_there = there->output().size();
   std::this_thread::sleep_for(1s);
   EXPECT_EQ(here->output().size(), heard_here);
