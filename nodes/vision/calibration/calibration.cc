@@ -28,7 +28,8 @@ constexpr double kKnown = 0.02;       // largest 2 sigma of the focal length, of
 constexpr double kTimesMedian = 3.0;  // a held-out error beyond this is a bad shot
 constexpr double kLeastBad_px = 0.3;  // an error below it never is
 // k3 of boards that do not reach the picture's corners is noise, which folds these corners over.
-constexpr int kModel = cv::CALIB_FIX_K3;
+// Steps are damped, so their equations need no SVD, which takes most of the time otherwise.
+constexpr int kModel = cv::CALIB_FIX_K3 | cv::CALIB_USE_LU;
 const cv::TermCriteria kUntil(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 40, 1e-6);
 
 std::vector<cv::Point3f> places(const Board& board) {
