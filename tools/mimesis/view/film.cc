@@ -12,6 +12,7 @@
 #include <map>
 
 #include "common/error.h"
+#include "common/machine_time.h"
 #include "common/runtime/raw.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/player.pb.h"
@@ -187,7 +188,8 @@ class Stage {
     v1::PlayerSeek marker;
     marker.set_position_s(position_s);
     server_.send(kMarker, marker.SerializeAsString(), until_ns);
-    const auto asked = server_.asked(std::chrono::milliseconds(kPatience));
+    std::optional<Server::Asked> asked;
+    for (MachineTime waited; !asked && waited.passed() < kPatience;) asked = server_.asked(100ms);
     const auto* call = asked ? std::get_if<CallService>(&asked->request) : nullptr;
     foxglove::CompressedImage image;
     if (call == nullptr || !image.ParseFromString(call->payload)) return {};
@@ -240,11 +242,9 @@ void make_film(const FilmOptions& o, ServerOptions server) {
   Browser browser(program,
                   fmt::format("{}&film={}&size={}x{}&camera={}", stage.url(),
                               o.png.empty() ? "jpeg" : "png", o.width_px, o.height_px, o.camera));
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (!stage.watched()) {
+  for (MachineTime waited; !stage.watched(); std::this_thread::sleep_for(10ms)) {
     if (browser.ended()) browser.blame("ended");
-    if (std::chrono::steady_clock::now() > deadline) browser.blame("has not opened the page");
-    std::this_thread::sleep_for(10ms);
+    if (waited.passed() > kPatience) browser.blame("has not opened the page");
   }
   const double step_s = o.speed / o.rate_hz;
   const long pictures =
