@@ -1,7 +1,5 @@
 #pragma once
 #include <limits>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "nodes/crowd/scenario/scenario.h"

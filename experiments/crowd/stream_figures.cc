@@ -1,6 +1,5 @@
 // Streams of people in corridors, corners, junctions and doors, beside RVO2 on the same ways.
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <random>
 #include <string>

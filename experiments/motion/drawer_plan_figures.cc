@@ -1,5 +1,4 @@
 // Planning of the drawer task: the generated training data [M18 3.3].
-#include <algorithm>
 #include <cmath>
 
 #include "common/motion/demix/held_out.h"

@@ -13,7 +13,6 @@ namespace mimesis::synthesizer {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using plot::Data;
 using plot::plot_png;

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/body.h"
 #include "common/motion/mocap/trials.h"
 
 /// Gaits with non-periodic arm movements, as [M18 3.3.3] learned from. No such recording is

@@ -1,6 +1,5 @@
 // Two architectures come into step with a leader [M18 fig. 3.31].
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <sstream>
 

@@ -3,7 +3,6 @@
 #include <limits>
 #include <vector>
 
-#include "common/math/circle.h"
 #include "common/math/so3.h"
 
 namespace mimesis::synthesizer {

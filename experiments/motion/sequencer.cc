@@ -1,7 +1,6 @@
 #include "experiments/motion/sequencer.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <utility>
 

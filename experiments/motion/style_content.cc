@@ -1,7 +1,6 @@
 #include "experiments/motion/style_content.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>

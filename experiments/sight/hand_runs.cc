@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/error.h"
 #include "common/math/so3.h"
 #include "nodes/vision/hand/hand_tracker.h"
 

@@ -217,6 +217,10 @@ TEST(BrokenYaml, IsReportedAtItsPlace) {
     const std::string refused = testing::refusal([text = text] { parse_yaml(text, "f.yaml"); });
     EXPECT_EQ(refused.substr(0, std::string(expected).size()), expected) << refused;
   }
+  EXPECT_EQ(testing::refusal([] {
+              parse_yaml({"\x89MCAP0\r\n\0}", 10}, "run.mcap");
+            }),
+            "run.mcap: is a binary file, expected YAML");
 }
 
 TEST(BrokenYaml, AbsentFileAndFolder) {

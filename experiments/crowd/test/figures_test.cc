@@ -13,7 +13,8 @@
 namespace mimesis::crowd {
 namespace {
 
-const std::set<std::string> kSlow = {"fig-4.5", "fig-4.6", "head-on", "random-starts", "table-4.1"};
+const std::set<std::string> kSlow = {"crowd-streams", "fig-4.5",       "fig-4.6",
+                                     "head-on",       "random-starts", "table-4.1"};
 
 std::vector<reproduce::Figure> repeatable() {
   auto all = figures();

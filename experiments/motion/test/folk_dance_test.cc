@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "common/math/circle.h"
 #include "experiments/motion/styled_walks.h"

@@ -2,12 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "common/error.h"
-#include "common/math/circle.h"
 #include "common/motion/demix/mixture.h"
 #include "common/testing/refusal.h"
 #include "nodes/synthesizer/character/test/ambiguous_motion.h"

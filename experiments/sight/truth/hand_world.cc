@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 

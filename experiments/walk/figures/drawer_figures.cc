@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "experiments/walk/figures.h"
 #include "experiments/walk/study/drawer_rows.h"

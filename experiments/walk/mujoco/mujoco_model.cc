@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "common/error.h"
 #include "common/robot/dynamics.h"
 
 namespace mimesis::walk {

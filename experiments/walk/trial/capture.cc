@@ -1,6 +1,5 @@
 #include "experiments/walk/trial/capture.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "common/math/so3.h"

@@ -13,7 +13,6 @@
 #include <fstream>
 #include <thread>
 
-#include "common/error.h"
 #include "common/testing/loopback.h"
 #include "common/testing/refusal.h"
 #include "hw/can/testing/memory_wire.h"

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/error.h"
 #include "common/testing/refusal.h"
 #include "hw/cia402/axis.h"
 

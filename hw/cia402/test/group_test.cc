@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "common/testing/no_malloc.h"
 #include "hw/can/testing/memory_wire.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/sim/cia402/drive.h"

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <optional>
 #include <utility>
 
 #include "common/runtime/log.h"

@@ -1,5 +1,4 @@
 // Buses on which somebody else lives: nodes that are not ours, other masters.
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "hw/cia402/test/joint_driver_bench.h"

@@ -1,7 +1,6 @@
 #include "hw/sim/body/dart_body.h"
 
 #include <algorithm>
-#include <cmath>
 #include <dart/collision/CollisionObject.hpp>
 #include <dart/collision/CollisionResult.hpp>
 #include <dart/collision/dart/DARTCollisionDetector.hpp>

@@ -1,6 +1,5 @@
 #include "hw/sim/hand/registers.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace mimesis::hw::sim {

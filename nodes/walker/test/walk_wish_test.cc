@@ -4,7 +4,6 @@
 
 #include <numbers>
 
-#include "common/model/files.h"
 #include "nodes/walker/test/closed_loop.h"
 
 namespace mimesis::walker {

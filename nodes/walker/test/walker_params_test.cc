@@ -6,7 +6,6 @@
 #include <iterator>
 #include <map>
 
-#include "common/error.h"
 #include "common/model/files.h"
 #include "common/runtime/param_source.h"
 #include "common/testing/refusal.h"

@@ -3,9 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
-#include "common/model/files.h"
 #include "common/testing/no_malloc.h"
 #include "nodes/walker/test/closed_loop.h"
 #include "nodes/walker/walk_wish.h"

@@ -7,8 +7,6 @@
 namespace mimesis::walk {
 namespace {
 
-using walker::kTick_s;
-
 const Robot& biped() {
   static const Robot robot = load_robot("biped");
   return robot;

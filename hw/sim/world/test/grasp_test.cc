@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "hw/sim/world/world.h"
 
 namespace mimesis::world {

@@ -1,7 +1,6 @@
 #pragma once
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "common/model/files.h"
 #include "common/shared_data.h"
