@@ -54,20 +54,41 @@ std::string read_text(const std::string& file) {
   return text.str();
 }
 
-/// Name of the outermost element; empty if the text is no XML.
+/// Name of the outermost element; a document type with entities is not read. Empty: no XML.
 std::string root_element(const std::string& text) {
   std::size_t at = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
   while ((at = text.find_first_not_of(" \t\r\n", at)) != text.npos && text[at] == '<') {
-    const char* end = text.compare(at, 4, "<!--") == 0 ? "-->" : ">";
-    if (at + 1 < text.size() && text[at + 1] != '?' && text[at + 1] != '!') {
-      const std::size_t name = at + 1;
-      return text.substr(name, text.find_first_of(" \t\r\n/>", name) - name);
-    }
+    const std::string_view rest = std::string_view(text).substr(at);
+    if (rest.size() > 1 && rest[1] != '?' && rest[1] != '!')
+      return std::string(rest.substr(1, rest.find_first_of(" \t\r\n/>", 1) - 1));
+    const std::string_view end = rest.starts_with("<!--") ? "-->" : ">";
+    if (rest.starts_with("<!DOCTYPE") && rest.find('[') < rest.find('>')) return "!DOCTYPE [";
     at = text.find(end, at);
     if (at == text.npos) break;
-    at += std::strlen(end);
+    at += end.size();
   }
   return "";
+}
+
+/// Why the text is no URDF, by what it is instead; empty: it may be one.
+std::string other_kind(const std::string& text) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return "is UTF-16";
+  if (text.starts_with("version https://git-lfs")) return "is a pointer of Git LFS (git lfs pull)";
+  if (const std::string root = root_element(text); root != "robot")
+    return root.empty() ? "is no XML" : "holds <" + printable(root) + ">";
+  return printable(text, "\t\r\n") == text ? "" : "is no UTF-8";
+}
+
+/// Exporters write <inertial/> for links without mass, which urdfdom refuses.
+void drop_empty_inertials(std::string& text) {
+  constexpr std::string_view kTag = "<inertial", kSpace = " \t\r\n";
+  for (std::size_t begin = 0; (begin = text.find(kTag, begin)) != text.npos; ++begin) {
+    std::size_t end = text.find_first_not_of(kSpace, begin + kTag.size());
+    if (end != text.npos && text[end] == '>') end = text.find_first_not_of(kSpace, end + 1);
+    const std::string_view rest = std::string_view(text).substr(std::min(end, text.size()));
+    if (rest.starts_with("/>") || rest.starts_with("</inertial"))
+      text.erase(begin, text.find('>', end) + 1 - begin);
+  }
 }
 
 /// Whether there are macros outside of comments: what they stand for would be missing. A property
@@ -104,13 +125,12 @@ void name_materials(std::string& text) {
 
 urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
   std::string text = read_text(file);
-  if (const std::string root = root_element(text); root != "robot") {
-    throw ConfigError(file + (root.empty() ? ": is no XML" : ": holds <" + printable(root) + ">") +
-                      ", expected <robot>: a URDF file");
-  }
+  if (const std::string why = other_kind(text); !why.empty())
+    throw ConfigError(file + ": " + why + ", expected <robot>: a URDF file");
   if (is_xacro(text))
     throw ConfigError(file + ": is xacro, expected the URDF that `xacro FILE` prints");
   name_materials(text);
+  drop_empty_inertials(text);
   const Errors errors;
   urdf::ModelInterfaceSharedPtr model;
   std::string why;

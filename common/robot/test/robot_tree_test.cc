@@ -143,8 +143,35 @@ TEST(RobotTree, NamesFilesOfOtherKinds) {
   for (const char* text : {"robot: ${arg:robot}\n", "\x89PNG\r\n", "<?xml", "<!-- <robot/>"}) {
     EXPECT_EQ(why(text), "is no XML" + end) << text;
   }
+  EXPECT_EQ(why("version https://git-lfs.github.com/spec/v1\noid sha256:a\nsize 9\n"),
+            "is a pointer of Git LFS (git lfs pull)" + end);
+  EXPECT_EQ(why("\xFF\xFE<"), "is UTF-16" + end);
+  EXPECT_EQ(why("<!DOCTYPE robot [<!ENTITY a '1'>]><robot/>"), "holds <!DOCTYPE [>" + end);
+  std::string latin = kSmallRobot;
+  latin.replace(latin.find("small"), 5, "sm\xE5ll");
+  EXPECT_EQ(why(latin), "is no UTF-8" + end);
   EXPECT_EQ(testing::refusal([] { read_urdf("/tmp"); }),
             "/tmp: Is a directory, expected a URDF file");
+}
+
+/// Blank lines before the declaration [isaac_sim_grasping#10], a document type, and inertials
+/// without content, which SolidWorks' exporter writes [solidworks_urdf_exporter2#187].
+TEST(RobotTree, TakesWhatEditorsAndExportersWrite) {
+  std::string urdf = kSmallRobot;
+  const auto at = urdf.find("<link name=\"tip\"/>");
+  const std::string before = urdf.substr(0, at), behind = urdf.substr(at + 18);
+  for (const char* inertial : {"<inertial/>", "<inertial />", "<inertial>\n  </inertial>"}) {
+    urdf = before + "<link name=\"tip\">" + inertial + "</link>" + behind;
+    EXPECT_EQ(read_urdf(write_urdf(urdf)).require_link("tip"),
+              read_urdf(write_urdf(kSmallRobot)).require_link("tip"));
+  }
+  urdf = before + "<link name=\"tip\"><inertial><origin/></inertial></link>" + behind;
+  EXPECT_NE(testing::refusal([&] { read_urdf(write_urdf(urdf)); }).find("[tip]"),
+            std::string::npos);
+  urdf = kSmallRobot;
+  urdf.insert(urdf.find("<robot"), "<!DOCTYPE robot>\n");
+  for (const std::string& text : {urdf, "\n\r\n" + std::string(kSmallRobot)})
+    EXPECT_EQ(read_urdf(write_urdf(text)).dof(), read_urdf(write_urdf(kSmallRobot)).dof());
 }
 
 /// A gripper's joints that follow another have no drive of their own.
