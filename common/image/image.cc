@@ -61,6 +61,7 @@ tl::expected<Image, Status> decode_png(const std::vector<std::uint8_t>& bytes) {
     return fail("larger than 16384 px");
   }
   png.format = PNG_FORMAT_BGR;
+  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // else 16 bits without a gamma count as linear light
   Image image(static_cast<int>(png.width), static_cast<int>(png.height));
   const png_color black{0, 0, 0};
   if (png_image_finish_read(&png, &black, image.bgr.data(), 0, nullptr) == 0) {
