@@ -21,9 +21,9 @@
 namespace mimesis::runtime {
 
 /// Sending half of a node: its data socket drops for slow subscribers and never blocks; its
-/// reliable socket drops nothing: what does not fit waits here, up to a bound and 5 s.
-/// Beyond them a subscriber that takes nothing misses messages (counted), so that it can neither
-/// exhaust the memory nor hold up the others.
+/// reliable socket drops nothing: what does not fit waits here, up to a bound. Beyond it a
+/// subscriber that takes nothing misses messages (counted), so that it can neither exhaust the
+/// memory nor hold up the others.
 class Publisher {
  public:
   /// One output; its owner only hands it back to `send`.
@@ -134,8 +134,6 @@ class Publisher {
   /// Reliable messages are held back until this is called: subscribers are still connecting.
   void release() {
     held_ = false;
-    const auto now = std::chrono::steady_clock::now();
-    for (auto& [name, topic] : topics_) topic->last_progress = now;
     serve();
   }
   /// Ends the connections of a host.
@@ -173,9 +171,7 @@ class Publisher {
   static constexpr std::size_t kLargestSubscription = 1024;
   // Of one process; a tool that follows 100 nodes of 15 topics subscribes to 40 KB.
   static constexpr std::size_t kMostSubscribedBytes = std::size_t{128} << 10U;
-  // A subscriber that takes nothing for this long holds up the others no longer, bound or not.
-  static constexpr std::chrono::milliseconds kStalled{5000};
-  // Once the bound was reached, it is stuck after this time.
+  // A subscriber that takes nothing for this long, once the bound was reached, is stuck.
   static constexpr std::chrono::milliseconds kStuck{500};
   // Long enough for the last words of a node that stops, short enough for one whose peer is stuck.
   static constexpr int kLinger_ms = 1000;
@@ -261,7 +257,6 @@ class Publisher {
       topic.overflowing = false;
       return;
     }
-    if (topic.waiting.empty()) topic.last_progress = std::chrono::steady_clock::now();
     topic.waiting_bytes += payload.size();
     const std::size_t size = payload.size();
     topic.waiting.push_back({std::move(header), std::move(payload), size});
@@ -279,8 +274,7 @@ class Publisher {
         topic.last_progress = now;
       }
       if (topic.waiting.empty()) topic.overflowing = false;
-      const bool stalled = !held_ && now - topic.last_progress >= kStalled;
-      if (full() || (stalled && !topic.waiting.empty())) topic.overflowing = true;
+      if (full()) topic.overflowing = true;
       if (!topic.overflowing || (!full() && now - topic.last_progress < kStuck)) return;
       force(topic);
       topic.last_progress = now;

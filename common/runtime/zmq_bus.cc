@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <climits>
-#include <fstream>
 #include <set>
 #include <thread>
 #include <tuple>
@@ -140,8 +139,6 @@ struct ZmqBus::Impl {
   std::chrono::nanoseconds patience(bool messages);
   void serve_arrived();
   void serve_publisher();
-  /// Those nodes of this host that a signal has stopped, for a warning; empty: none.
-  std::string stopped_subscribers() const;
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();
   void meet(const v1::NodeInfo& node);
@@ -283,21 +280,7 @@ void ZmqBus::Impl::serve_publisher() {
   publisher.serve();
   if (publisher.overflow() == told_overflow || !overflow_throttle.pass()) return;
   told_overflow = publisher.overflow();
-  warn("reliable subscribers that took nothing have missed {} messages{}", told_overflow,
-       stopped_subscribers());
-}
-
-std::string ZmqBus::Impl::stopped_subscribers() const {
-  std::string names;
-  for (const auto& [start_id, node] : known) {
-    const bool here = node.data_endpoints().empty() || node.data_endpoints(0).starts_with("ipc:");
-    std::string stat;
-    if (!here || !std::getline(std::ifstream(fmt::format("/proc/{}/stat", node.pid())), stat))
-      continue;
-    if (const std::size_t state = stat.rfind(") "); stat.substr(state + 2, 1) == "T")
-      names += fmt::format("{} {}", names.empty() ? "; stopped by a signal:" : ",", node.name());
-  }
-  return names;
+  warn("reliable subscribers that took nothing have missed {} messages", told_overflow);
 }
 
 void ZmqBus::Impl::discover() {
