@@ -15,6 +15,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/payload_memory.h"
 #include "common/runtime/sockets.h"
+#include "common/runtime/stopped_subscribers.h"
 #include "common/runtime/tcp_gate.h"
 #include "common/runtime/wire.h"
 
@@ -23,7 +24,7 @@ namespace mimesis::runtime {
 /// Sending half of a node: its data socket drops for slow subscribers and never blocks; its
 /// reliable socket drops nothing: what does not fit waits here, up to a bound. Beyond it a
 /// subscriber that takes nothing misses messages (counted), so that it can neither exhaust the
-/// memory nor hold up the others.
+/// memory nor hold up the others. One that a signal has stopped does so for 3 s.
 class Publisher {
  public:
   /// One output; its owner only hands it back to `send`.
@@ -123,13 +124,17 @@ class Publisher {
       for (Frame message; socket->receive_first(message);) {
         limit_subscriptions(message);
         far_.note(message);
+        if (socket == &reliable_) stopped_.note(message);
         on_subscription(message.view(), socket == &reliable_, message.peer_pid());
         refused_ += message.more() ? 1 : 0;  // a subscription has one frame
       }
     }
+    bool waits = false;
     for (auto& [name, topic] : topics_) {
       if (!topic->waiting.empty()) flush(*topic);
+      waits |= !topic->waiting.empty();
     }
+    if (waits && !held_) stopped_.look(std::chrono::steady_clock::now());
   }
   /// Reliable messages are held back until this is called: subscribers are still connecting.
   void release() {
@@ -303,6 +308,7 @@ class Publisher {
   std::uint64_t start_id_;
   ZmqSocket data_, reliable_;
   FarConnections far_;
+  StoppedSubscribers stopped_;
   std::map<std::string, std::unique_ptr<Topic>, std::less<>> topics_;
   std::unordered_map<std::uint64_t, int> greetings_;
   std::set<std::pair<int, std::string>> subscriptions_;    ///< by connection, which may have ended

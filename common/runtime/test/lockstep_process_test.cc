@@ -125,6 +125,32 @@ TEST(Lockstep, TheDeadLeaveAndTheRestartedJoin) {
   EXPECT_EQ(clock.terminate(), 0);
 }
 
+TEST(Lockstep, AStoppedSubscriberHoldsTimeUpOnce) {
+  TestGraph graph;
+  Process listener(graph, kCounter, {"--name", "listener", "--in", "a=one/out"});
+  std::vector<std::unique_ptr<Process>> nodes;
+  for (const CounterSpec& s : {CounterSpec{"one", 1000.0, 0.0, "two/out", "", ""},
+                               CounterSpec{"two", 1000.0, 0.0, "one/out", "", ""}})
+    nodes.push_back(start(graph, s, 0));
+  TestNode peer(graph, {{"in", "one/out"}}, {});
+  Latest<v1::Publication> in(peer.bus(), "in");
+  peer.open();
+  Process clock(graph, "mimesis_clock",
+                {"--set", "participants=one,two", "--set", "until_s=20", "--set", "factor=5"});
+  ASSERT_TRUE(peer.until([&] { return in.get() != nullptr && in.stamp() > 2s; }));
+  listener.signal(SIGSTOP);  // it has heard the first messages
+  EXPECT_EQ(clock.wait(60s), 0) << clock.errors();
+  for (auto& node : nodes) {
+    EXPECT_EQ(node->wait(), 0) << node->errors();
+    EXPECT_EQ(node->errors().find("did not arrive"), std::string::npos) << node->errors();
+  }
+  EXPECT_NE(nodes[0]->errors().find("stopped by a signal"), std::string::npos)
+      << nodes[0]->errors();
+  EXPECT_EQ(nodes[1]->errors().find("stopped by a signal"), std::string::npos)
+      << nodes[1]->errors();
+  listener.signal(SIGKILL);
+}
+
 TEST(Lockstep, ARestartedConductorGoesOn) {
   TestGraph graph;
   TestNode peer(graph, {{"one", "one/out"}}, {});

@@ -1,23 +1,17 @@
 #include "common/runtime/zmq_bus.h"
 
-#include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
-#include <malloc.h>
 #include <sys/eventfd.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <random>
 
 #include "common/runtime/ports.h"
-#include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
 #include "common/runtime/sockets.h"
+#include "common/runtime/test/peers.h"
 #include "common/runtime/wire.h"
 #include "common/testing/process.h"
 #include "common/testing/refusal.h"
@@ -26,27 +20,7 @@
 namespace mimesis::runtime {
 namespace {
 
-using testing::TestGraph;
-using testing::TestNode;
 using namespace std::chrono_literals;
-
-v1::Publication numbered(std::uint64_t n) {
-  v1::Publication m;
-  m.set_seq(n);
-  return m;
-}
-
-/// Serves both nodes until `done`.
-template <class Done>
-bool both(TestNode& a, TestNode& b, Done done, std::chrono::milliseconds timeout = 10s) {
-  return a.until(
-      [&] {
-        b.until([] { return true; });
-        b.bus().wait(std::chrono::steady_clock::now());
-        return done();
-      },
-      timeout);
-}
 
 struct Pair {
   TestGraph graph;
@@ -320,58 +294,6 @@ TEST(ZmqBus, TwoGraphsDoNotMeet) {
   EXPECT_EQ(strange->counters().received, 0U);
 }
 
-/// A publisher of t/x that speaks for itself, announced as node "t" of this process, or of `pid`.
-struct Liar {
-  Liar(const TestGraph& graph, const std::string& endpoint, pid_t pid = getpid())
-      : entry(graph.directory(), "t") {
-    socket.set(ZMQ_XPUB_VERBOSER, 1);  // tells of ends of connections though there is a new one
-    if (endpoint.starts_with("ipc://")) socket.bind(endpoint);
-    v1::NodeInfo info;
-    info.set_name("t");
-    info.set_pid(static_cast<std::uint32_t>(pid));
-    info.set_start_id(kStart);
-    info.add_data_endpoints(endpoint);
-    v1::TopicInfo& output = *info.add_outputs();
-    output.set_topic("t/x");
-    output.set_type_hash(kHash);
-    entry.publish(info);
-  }
-  /// True once a connection takes it.
-  bool send(std::uint64_t seq, std::size_t size = 1) {
-    Frame header(std::string_view(
-        encode_frame("t/x", {.seq = seq, .type_hash = kHash, .start_id = kStart})));
-    Frame payload(size);
-    for (Frame subscribed; socket.receive(subscribed);) connected = true;
-    return connected && socket.send(header, true) && socket.send(payload, false);
-  }
-  static constexpr std::uint64_t kStart = 5;
-  const std::uint64_t kHash = type_hash(*v1::Publication::descriptor());
-  ZmqContext context;
-  ZmqSocket socket{context, ZMQ_XPUB};
-  RegistryEntry entry;
-  bool connected = false;
-};
-
-struct Listener {
-  explicit Listener(Author author = Author::any)
-      : in(node.bus().subscribe("in", v1::Publication::default_instance(),
-                                {.policy = Policy::queue, .depth = 100, .author = author})) {
-    node.open();
-  }
-  /// Numbers of what arrives until `count` messages have been received or refused.
-  std::string until(std::uint64_t count) {
-    EXPECT_TRUE(
-        node.until([&] { return in->counters().received + in->counters().rejected >= count; }));
-    std::string seqs;
-    while (const auto got = in->pop()) seqs += std::to_string(got->seq) + " ";
-    return seqs;
-  }
-  TestGraph graph;
-  const std::string endpoint = "ipc://" + graph.directory() + "/liar";
-  TestNode node{graph, {{"in", "t/x"}}, {}, "receiver"};
-  std::unique_ptr<InChannel> in;
-};
-
 TEST(ZmqBus, AnInputOfANamedAuthorObeysTheNodeThatItsTopicNames) {
   Listener listener(Author::named);
   TestNode owner(listener.graph, {}, {{"out", "t/x"}}, "t");
@@ -509,138 +431,6 @@ TEST(ZmqBus, AnEndpointThatIsNoneIsSaidAndSurvived) {
   EXPECT_NE(said.find("cannot connect to garbage://x"), std::string::npos) << said;
 }
 
-TEST(ZmqBus, FramesHaveALimit) {
-  Listener listener;
-  Liar liar(listener.graph, listener.endpoint);
-  ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
-  EXPECT_EQ(listener.until(1), "1 ");
-  ASSERT_TRUE(liar.send(2, kLargestMessage + 1));
-  EXPECT_TRUE(listener.node.until([&] {  // its subscriptions end with the connection
-    Frame message;
-    return liar.socket.receive(message) && message.view().front() == 0;
-  }));
-  EXPECT_EQ(listener.in->counters().received, 1U);
-  EXPECT_EQ(listener.node.bus().malformed(), 1U);
-
-  Out<v1::Publication> out(listener.node.bus(), "out");
-  auto m = numbered(1);
-  m.set_topic(std::string(kLargestMessage, 'x'));
-  out.send(m, 1s);
-  EXPECT_EQ(listener.node.bus().overflow(), 1U) << "what nobody would take is not sent";
-}
-
-TEST(ZmqBus, AMessageOfManyFramesIsRefusedAndEndsItsConnection) {
-  Listener listener;
-  Liar liar(listener.graph, listener.endpoint);
-  ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
-  EXPECT_EQ(listener.until(1), "1 ");
-  Frame header(std::string_view(
-      encode_frame("t/x", {.seq = 2, .type_hash = liar.kHash, .start_id = Liar::kStart})));
-  ASSERT_TRUE(liar.socket.send(header, true));
-  for (int i = 100'000; i > 0; --i) {
-    Frame part(std::size_t{0});
-    ASSERT_TRUE(liar.socket.send(part, i > 1));
-  }
-  EXPECT_TRUE(listener.node.until([&] {  // its subscriptions end with the connection
-    Frame message;
-    return liar.socket.receive(message) && message.view().front() == 0;
-  }));
-  EXPECT_EQ(listener.node.bus().malformed(), 1U);
-  std::uint64_t seq = 2;
-  EXPECT_TRUE(listener.node.until([&] {  // it connects again, and the next message is one
-    liar.send(++seq);
-    return listener.in->counters().received > 1;
-  }));
-  EXPECT_EQ(listener.node.bus().malformed(), 1U);
-}
-
-/// A connection to a Unix socket that says what no libzmq says.
-struct RawPeer {
-  explicit RawPeer(const std::string& endpoint) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strcpy(address.sun_path, endpoint.substr(std::strlen("ipc://")).c_str());
-    EXPECT_EQ(connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    const timeval patience{.tv_sec = 5, .tv_usec = 0};
-    setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-  }
-  ~RawPeer() { close(fd); }
-  RawPeer(const RawPeer&) = delete;
-  RawPeer& operator=(const RawPeer&) = delete;
-  static std::string greeting(char version = 3) {
-    std::string bytes = "\xff" + std::string(8, '\0') + "\x7f" + version;
-    bytes += std::string("\0NULL", 5);
-    bytes.resize(64);
-    return bytes;
-  }
-  /// Greets as a socket of this type; messages come behind both handshakes.
-  void greet(const std::string& type) const {
-    const std::string ready =
-        std::string("\5READY\13Socket-Type\0\0\0", 21) + static_cast<char>(type.size()) + type;
-    say(greeting() + "\4" + static_cast<char>(ready.size()) + ready);
-    std::array<char, 256> theirs{};
-    EXPECT_EQ(recv(fd, theirs.data(), 66, MSG_WAITALL), 66);
-    EXPECT_EQ(recv(fd, theirs.data(), static_cast<std::size_t>(theirs[65]), MSG_WAITALL),
-              theirs[65]);
-  }
-  /// Repeats `bytes` until the other end closes or takes nothing for 5 s; number of bytes sent, at
-  /// most `most` and the rest of a repetition.
-  std::size_t say(std::string_view bytes, std::size_t most = 1) const {
-    std::size_t sent = 0;
-    while (sent < most || sent % bytes.size() != 0) {
-      const std::string_view rest = bytes.substr(sent % bytes.size());
-      const ssize_t n = ::send(fd, rest.data(), rest.size(), MSG_NOSIGNAL);
-      if (n < 0) break;
-      sent += static_cast<std::size_t>(n);
-    }
-    return sent;
-  }
-  int fd = socket(AF_UNIX, SOCK_STREAM, 0);
-};
-
-TEST(ZmqBus, AMessageThatNeverEndsIsCutAtItsLimit) {
-  Listener listener;
-  const v1::NodeInfo& info = listener.node.bus().info();
-  std::string empty_parts, large_parts("\3\0\0\0\0\0\1\0\0", 9);  // flags: more; more, long
-  for (int i = 0; i < 5000; ++i) empty_parts += std::string("\1\0", 2);
-  large_parts.resize(9 + (1U << 16U));
-  const auto used = [] {
-    const auto m = mallinfo2();
-    return m.uordblks + m.hblkhd;
-  };
-  ::testing::internal::CaptureStderr();
-  for (const auto& [endpoint, type] :
-       {std::pair(info.service_endpoints(0), "DEALER"), std::pair(info.data_endpoints(0), "SUB"),
-        std::pair(info.reliable_endpoints(0), "SUB")}) {
-    for (const auto& [parts, most] : {std::pair(empty_parts, kLargestMessage / 16),
-                                      std::pair(large_parts, 4 * kLargestMessage)}) {
-      const RawPeer peer(endpoint);
-      peer.greet(type);
-      const std::size_t before = used();
-      EXPECT_LT(peer.say(parts, most), most) << type;
-      EXPECT_TRUE(listener.node.until([&] { return used() < before + kLargestMessage / 4; }));
-    }
-  }
-  // Subscribers' large frames are cut by libzmq.
-  EXPECT_TRUE(listener.node.until([&] { return listener.node.bus().malformed() == 4; }));
-  listener.node.bus().wait(std::chrono::steady_clock::now());
-  const std::string said = ::testing::internal::GetCapturedStderr();
-  EXPECT_NE(said.find("a connection of process " + std::to_string(getpid()) + " was closed"),
-            std::string::npos)
-      << said;
-  EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
-}
-
-TEST(ZmqBus, AStrangersFirstFrameIsSmallAndOfZmtp3) {
-  Listener listener;
-  const std::string endpoint = listener.node.bus().info().service_endpoints(0);
-  const std::string huge("\6\0\0\0\0\3\0\0\0", 9);  // 48 MB
-  const RawPeer large(endpoint), old(endpoint);
-  EXPECT_LT(large.say(RawPeer::greeting() + huge + std::string(1 << 20, 'x')), 1U << 20U);
-  old.say(RawPeer::greeting(1));
-  EXPECT_TRUE(listener.node.until([&] { return listener.node.bus().malformed() == 2; }));
-}
-
 TEST(ZmqBus, SubscriptionsHaveALimit) {
   Pair p;
   Out<v1::Publication> out(p.sender.bus(), "out");
@@ -703,109 +493,6 @@ TEST(ZmqBus, BytesThatAreNoMessagesAreCounted) {
   }
   EXPECT_GE(receiver.bus().malformed(), kCount / 2);
   EXPECT_EQ(in->counters().received, 0U);
-}
-
-TEST(ZmqBus, RawMessagesAreOfTheTypeTheirDescriptorsSay) {
-  TestGraph graph;
-  TestNode sender(graph, {}, {}, "sender"), receiver(graph, {{"in", "t/x"}}, {}, "receiver");
-  EXPECT_THROW(sender.bus().advertise_raw("t/x", "mimesis.v1.Publication", "no descriptors", {}),
-               ConfigError);
-  const auto raw = sender.bus().advertise_raw("t/x", "mimesis.v1.Publication",
-                                              descriptor_set(*v1::Publication::descriptor()), {});
-  auto in = receiver.bus().subscribe("in", v1::Publication::default_instance(),
-                                     {.policy = Policy::reliable});
-  Tap tap(
-      graph.name(), [](const std::string&) { return true; }, Policy::reliable);
-  ASSERT_TRUE(both(sender, receiver, [&] {
-    tap.next(0ms);
-    return raw->subscribers() == 2;
-  }));
-  sender.open();
-  raw->send_raw(numbered(42).SerializeAsString(), 3s);
-  ASSERT_TRUE(receiver.until([&] { return in->counters().received == 1; }));
-  v1::Publication m;
-  EXPECT_TRUE(m.ParseFromString(in->pop()->payload));
-  EXPECT_EQ(m.seq(), 42U);
-  const auto tapped = tap.next(5s);
-  ASSERT_TRUE(tapped);
-  EXPECT_EQ(tapped->topic, "t/x");
-  EXPECT_EQ(tapped->type, "mimesis.v1.Publication");
-  EXPECT_EQ(tapped->message.source, "sender");
-  EXPECT_EQ(tapped->message.stamp, 3s);
-  TypePool pool;
-  const auto dynamic = pool.make(tapped->type, tap.descriptors(tapped->type_hash));
-  ASSERT_TRUE(dynamic);
-  ASSERT_TRUE(dynamic->ParseFromString(tapped->message.payload));
-  EXPECT_EQ(dynamic->SerializeAsString(), numbered(42).SerializeAsString());
-  EXPECT_EQ(pool.make("mimesis.v1.Nothing", tap.descriptors(tapped->type_hash)), nullptr);
-}
-
-TEST(Tap, AStrangersWordsOnATypeAreNotBelieved) {
-  TestGraph graph;
-  const auto announce = [&](RegistryEntry& entry, std::uint64_t start_id, const std::string& set) {
-    v1::NodeInfo info;
-    info.set_name("n" + std::to_string(start_id));
-    info.set_start_id(start_id);
-    v1::TopicInfo& output = *info.add_outputs();
-    output.set_topic("t/x");
-    output.set_type("mimesis.v1.Publication");
-    output.set_type_hash(type_hash(*v1::Publication::descriptor()));
-    (*info.mutable_descriptors())[output.type()] = set;
-    entry.publish(info);
-  };
-  const std::string right = descriptor_set(*v1::Publication::descriptor());
-  google::protobuf::FileDescriptorSet other;
-  ASSERT_TRUE(other.ParseFromString(right));
-  for (auto& file : *other.mutable_file()) {
-    for (auto& type : *file.mutable_message_type()) type.mutable_field()->RemoveLast();
-  }
-  RegistryEntry before(graph.directory(), "n1"), honest(graph.directory(), "n2"),
-      after(graph.directory(), "n3");
-  Tap tap(
-      graph.name(), [](const std::string&) { return true; }, Policy::latest);
-  announce(before, 1, other.SerializeAsString());
-  tap.next(50ms);
-  announce(honest, 2, right);
-  tap.next(50ms);
-  announce(after, 3, "no set");
-  tap.next(50ms);
-  EXPECT_EQ(tap.descriptors(type_hash(*v1::Publication::descriptor())), right);
-}
-
-TEST(TypePool, DoesNotMakeWhatProtobufCannotRead) {
-  using google::protobuf::DescriptorProto;
-  const auto field = [](DescriptorProto& type) { return type.mutable_field(0); };
-  const auto extension = [](DescriptorProto& type) {
-    auto* room = type.add_extension_range();
-    room->set_start(1000);
-    room->set_end(1001);
-    auto* added = type.add_extension();
-    added->set_name("more");
-    added->set_number(1000);
-    added->set_label(google::protobuf::FieldDescriptorProto::LABEL_OPTIONAL);
-    added->set_type(google::protobuf::FieldDescriptorProto::TYPE_INT32);
-    added->set_extendee("." + std::string(v1::Publication::descriptor()->full_name()));
-    return added;
-  };
-  for (const auto& part :
-       {std::function<google::protobuf::FieldDescriptorProto*(DescriptorProto&)>(field),
-        {extension}}) {
-    google::protobuf::FileDescriptorSet set;
-    ASSERT_TRUE(set.ParseFromString(descriptor_set(*v1::Publication::descriptor())));
-    for (auto& file : *set.mutable_file()) {
-      for (auto& type : *file.mutable_message_type()) {
-        if (type.name() != "Publication") continue;
-        part(type)->mutable_options()->set_weak(true);
-        file.set_syntax("proto2");  // others have no extensions
-      }
-    }
-    TypePool pool;
-    const auto made = pool.make("mimesis.v1.Publication", set.SerializeAsString());
-    EXPECT_EQ(made, nullptr);
-    if (made) {
-      EXPECT_NO_THROW(made->ParseFromString(numbered(42).SerializeAsString()));
-    }
-  }
 }
 
 TEST(ZmqBus, BadNamesAndPlacesAreRefused) {
