@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/runtime/log.h"
 #include "common/runtime/own_topics.h"
 #include "common/runtime/value_text.h"
@@ -194,6 +195,7 @@ std::string suggestion_in(const std::string& line) {
     if (close == std::string::npos) break;
     std::vector<std::string> words(1);
     for (const char c : line.substr(close + 1)) {
+      if (c == '\n') break;  // another mistake
       if (std::string_view(" ,:;'").find(c) == std::string_view::npos)
         words.back() += c;
       else if (!words.back().empty())
@@ -349,7 +351,7 @@ std::string description(const NodeAbout& about, const Declared& declared,
                              {"parameter", path},
                              {"place", to_string(source.place_of(path))}});
   }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_text(json);
 }
 
 std::string ports_text(const Declared& declared) {

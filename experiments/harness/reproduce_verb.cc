@@ -13,6 +13,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/runtime/value_text.h"
 #include "common/time.h"
 #include "experiments/crowd/figures.h"
@@ -82,7 +83,7 @@ void print_json(const Figure& figure, const Report& report, double seconds) {
   for (const auto& plot : report.plots) plots.push_back(plot.string());
   Json out = {{"name", figure.name}, {"source", figure.source}, {"passed", report.passed()},
               {"rows", rows},        {"plots", plots},          {"seconds", seconds}};
-  std::cout << out.dump() << std::endl;  // figures may take minutes, and be interrupted
+  std::cout << json_text(out) << std::endl;  // figures may take minutes, and be interrupted
 }
 
 void print_text(const Figure& figure, const Report& report, double seconds) {
@@ -123,7 +124,7 @@ void print_list(const std::vector<Figure>& all, bool json) {
                      {"rows", rows},
                      {"title", f.title}});
     }
-    std::cout << out.dump() << '\n';
+    std::cout << json_text(out) << '\n';
     return;
   }
   TextTable table({"name", "source", "CPU min", "title", "rows"});

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "experiments/walk/drawer/drawer_trial.h"
 #include "experiments/walk/trial/suites.h"
 #include "tools/mimesis/progress.h"
@@ -116,7 +117,7 @@ nlohmann::ordered_json walk_all(const Options& o, const std::vector<Spec>& trial
     Progress bar("walking", trials.size(), Progress::Unit::none);
     run_all(trials, o.jobs, [&](const Result& result) {
       results.push_back(result);
-      if (write) lines << walk::to_json(result).dump() << std::endl;
+      if (write) lines << json_text(walk::to_json(result)) << std::endl;
       bar.at(results.size());
     });
   }
@@ -127,10 +128,10 @@ nlohmann::ordered_json walk_all(const Options& o, const std::vector<Spec>& trial
   summary["robot"] = o.robot;
   summary["senses"] = o.senses;
   summary["seed"] = o.seed;
-  if (write) lines << summary.dump() << '\n';
+  if (write) lines << json_text(summary) << '\n';
   if (!o.json) {
     walk::print_table(results, std::cout, use_colour(1));
-    std::cout << summary.dump() << '\n';
+    std::cout << json_text(summary) << '\n';
   }
   lines.flush();
   if (!lines) throw std::runtime_error(o.out + ": cannot be written");

@@ -20,6 +20,7 @@
 #include <set>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/log_folder.h"
 #include "tools/mimesis/machine_state.h"
@@ -222,7 +223,7 @@ int doctor(bool json, bool quick) {
     table.row({f.check, kWords.at(f.state), f.found});
   }
   if (json) {
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
   } else {
     table.print(std::cout, use_colour(STDOUT_FILENO));
     for (const Finding& f : findings) {

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
@@ -31,7 +32,7 @@ int list_graphs(bool json) {
     table.row({graph, std::to_string(nodes.size()), std::to_string(ready), clock});
   }
   if (json) {
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
   } else if (list.empty()) {
     std::cerr << "no graph runs\n";
   } else {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/raw.h"
 #include "tools/mimesis/graph_tools.h"
@@ -148,10 +149,8 @@ int show(const GraphOptions& options, const std::string& name) {
                       {"repeated", f.label == "repeated "},
                       {"comment", f.comment}});
   }
-  std::cout << nlohmann::ordered_json{{"type", found.first},
-                                      {"file", found.second.file},
-                                      {"fields", fields}}
-                   .dump()
+  std::cout << json_text(nlohmann::ordered_json{
+                   {"type", found.first}, {"file", found.second.file}, {"fields", fields}})
             << '\n';
   return 0;
 }
@@ -162,7 +161,7 @@ int list(const GraphOptions& options) {
     names.push_back(name);
     if (!options.json) std::cout << name << '\n';
   }
-  if (options.json) std::cout << names.dump() << '\n';
+  if (options.json) std::cout << json_text(names) << '\n';
   return 0;
 }
 

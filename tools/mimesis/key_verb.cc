@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "common/json_text.h"
 #include "common/runtime/keys.h"
 #include "common/runtime/raw.h"
 #include "proto/runtime.pb.h"
@@ -23,9 +24,8 @@ int show_keys(bool json) {
   if (json) {
     Json trusted = Json::object();
     for (const auto& [key, name] : runtime::trusted_keys()) trusted[key] = name;
-    fmt::print(
-        "{}\n",
-        Json{{"key", own ? Json(own->public_key) : Json(nullptr)}, {"trusted", trusted}}.dump());
+    fmt::print("{}\n", json_text(Json{{"key", own ? Json(own->public_key) : Json(nullptr)},
+                                      {"trusted", trusted}}));
     return own ? 0 : 3;
   }
   for (const auto& [key, name] : runtime::trusted_keys())
@@ -48,7 +48,7 @@ int list_keys(const std::string& graph, bool json) {
     table.row({name, key, fmt::format("{}", fmt::join(nodes[key], " "))});
   }
   if (json) {
-    fmt::print("{}\n", Json{{"trusted", all}}.dump());
+    fmt::print("{}\n", json_text(Json{{"trusted", all}}));
   } else {
     table.print(std::cout, use_colour(1));
   }

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/runtime/raw.h"
 #include "tools/mimesis/graph_tools.h"
 #include "tools/mimesis/table.h"
@@ -41,7 +42,7 @@ int list_nodes(const std::string& graph, bool json) {
   if (json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const v1::NodeInfo& node : nodes) list.push_back(node_json(node));
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
     return 0;
   }
   if (nodes.empty()) {
@@ -64,7 +65,7 @@ int node_info(const GraphOptions& options, const std::string& name) {
   const v1::NodeInfo* node = find_node(options, name, nodes);
   if (node == nullptr) return kNotFound;
   if (options.json) {
-    std::cout << node_json(*node).dump() << '\n';
+    std::cout << json_text(node_json(*node)) << '\n';
     return 0;
   }
   std::cout << fmt::format(

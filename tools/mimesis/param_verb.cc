@@ -7,6 +7,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/runtime/value_text.h"
 #include "common/runtime/yaml_document.h"
 #include "proto/params.pb.h"
@@ -90,7 +91,7 @@ int list_params(const Options& options) {
     }
   }
   if (options.json) {
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
   } else if (!list.empty()) {
     table.print(std::cout, use_colour(STDOUT_FILENO));
   }
@@ -112,7 +113,7 @@ int get_param(const Options& options) {
   const v1::ParamSet params = ask(options, options.node);
   const v1::Param& param = param_named(params, options);
   if (options.json) {
-    std::cout << param_json(options.node, param).dump() << '\n';
+    std::cout << json_text(param_json(options.node, param)) << '\n';
   } else {
     const Json value = value_of(param);
     std::cout << (value.is_string() ? value.get<std::string>() : param.value()) << '\n';
@@ -138,7 +139,7 @@ int set_values(const Options& options, const Values& values) {
     std::cerr << fmt::format("{}.{}: {} instead of {}{}{}\n", options.node, now.key(), now.value(),
                              old.value(), now.unit().empty() ? "" : " ", now.unit());
   }
-  if (options.json) std::cout << list.dump() << '\n';
+  if (options.json) std::cout << json_text(list) << '\n';
   if (!options.json && list.empty()) std::cerr << options.node << ": nothing has changed\n";
   return 0;
 }
@@ -194,7 +195,7 @@ void write_yaml(std::ostream& out, const Json& map, const std::string& indent) {
 int dump_params_of(const Options& options) {
   const Json map = nested(ask(options, options.node));
   if (options.json) {
-    std::cout << map.dump() << '\n';
+    std::cout << json_text(map) << '\n';
     return 0;
   }
   if (options.file.empty()) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/graph_tools.h"
@@ -35,7 +36,7 @@ int list_services(const Options& options) {
     }
   }
   if (options.json) {
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
   } else if (list.empty()) {
     std::cerr << "graph '" << options.graph << "' has no services\n";
   } else {

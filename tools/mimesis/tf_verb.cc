@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/math/so3.h"
 #include "common/runtime/raw.h"
 #include "tools/mimesis/frame_tree.h"
@@ -175,8 +176,8 @@ int show_tree(const Options& o) {
       frame.update(pose_json(source.last.X_PC));
       frames.push_back(frame);
     }
-    std::cout << ordered_json{{"roots", tree.roots()}, {"frames", frames}, {"doubts", odd}}.dump()
-              << '\n';
+    const ordered_json all{{"roots", tree.roots()}, {"frames", frames}, {"doubts", odd}};
+    std::cout << json_text(all) << '\n';
   } else {
     for (const std::string& root : tree.roots()) {
       std::cout << printable(root) << '\n';
@@ -215,7 +216,7 @@ int echo(const Options& o) {
     if (o.graph.json) {
       ordered_json line{{"from", o.from}, {"to", o.to}, {"stamp_ns", stamp_ns}};
       line.update(pose_json(*pose));
-      std::cout << line.dump() << std::endl;
+      std::cout << json_text(line) << std::endl;
     } else {
       std::cout << fmt::format("{:.3f} s   {}", 1e-9 * double(stamp_ns), pose_text(*pose))
                 << std::endl;
@@ -253,7 +254,7 @@ int rates(const Options& o) {
                printable(fmt::format("{}", fmt::join(source.from, ", ")))});
   }
   if (o.graph.json) {
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
   } else {
     table.print(std::cout, use_colour(STDOUT_FILENO));
   }

@@ -23,6 +23,7 @@
 #include <string>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/runtime/own_topics.h"
 #include "proto/foxglove/log.pb.h"
 #include "proto/params.pb.h"
@@ -415,7 +416,7 @@ class Top {
       entry["warning"] = node.warning;
       list.push_back(std::move(entry));
     }
-    std::cout << Json{{"graph", options_.graph}, {"nodes", list}}.dump() << std::endl;
+    std::cout << json_text(Json{{"graph", options_.graph}, {"nodes", list}}) << std::endl;
   }
 
   static constexpr std::size_t kLines = 5;

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "common/runtime/zmq_bus.h"
@@ -91,7 +92,7 @@ std::string message_in(const std::string& line, const std::string& topic) {
   const auto json = nlohmann::ordered_json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded()) throw ConfigError(topic + ": no JSON: " + line.substr(0, 80));
   const bool echoed = json.is_object() && json.contains("topic") && json.contains("message");
-  return echoed ? json["message"].dump() : line;
+  return echoed ? json_text(json["message"]) : line;
 }
 
 class Publisher {
@@ -198,10 +199,9 @@ int publish(PubOptions& options) {
   }
   publisher.finish();
   if (options.json) {
-    std::cout << nlohmann::ordered_json{{"topic", options.topic},
-                                        {"type", known.type},
-                                        {"messages", publisher.sent()}}
-                     .dump()
+    std::cout << json_text(nlohmann::ordered_json{{"topic", options.topic},
+                                                  {"type", known.type},
+                                                  {"messages", publisher.sent()}})
               << '\n';
   }
   return stop.requested() ? 128 + stop.signal() : 0;

@@ -13,6 +13,7 @@
 #include <tuple>
 #include <utility>
 
+#include "common/json_text.h"
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
@@ -78,7 +79,7 @@ int list_topics(const Options& options) {
                       {"publishers", topic.publishers},
                       {"subscribers", topic.subscribers}});
     }
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
     return 0;
   }
   if (topics.empty()) {
@@ -130,12 +131,11 @@ int timed_out(const std::string& topic, double timeout_s) {
 
 void print(const runtime::Tapped& tapped, const Json& value, bool field, bool json) {
   if (json) {
-    std::cout << Json{{"topic", tapped.topic},
-                      {"seq", tapped.message.seq},
-                      {"stamp_ns", tapped.message.stamp.count()},
-                      {"source", tapped.message.source},
-                      {field ? "value" : "message", value}}
-                     .dump()
+    std::cout << json_text(Json{{"topic", tapped.topic},
+                                {"seq", tapped.message.seq},
+                                {"stamp_ns", tapped.message.stamp.count()},
+                                {"source", tapped.message.source},
+                                {field ? "value" : "message", value}})
               << std::endl;
   } else if (field) {
     std::cout << (value.is_string() ? value.get<std::string>() : value.dump()) << std::endl;
@@ -277,7 +277,7 @@ int measure_topic(const Options& options) {
     const auto rate = window.rate();
     if (!rate) continue;
     const auto [json, text] = measured(options, *rate, samples);
-    std::cout << (options.json ? json.dump() : text) << std::endl;
+    std::cout << (options.json ? json_text(json) : text) << std::endl;
     ++reports;
   }
   return 0;
@@ -316,11 +316,10 @@ int topic_info(const Options& options) {
   runtime::TypePool types;
   if (const auto message = types.make(type, descriptors)) fields = to_json(*message);
   if (options.json) {
-    std::cout << Json{{"topic", options.topic},     {"type", type},
-                      {"latched", latched},         {"publishers", publishers},
-                      {"subscribers", subscribers}, {"empty_message", fields}}
-                     .dump()
-              << '\n';
+    const Json all{{"topic", options.topic},     {"type", type},
+                   {"latched", latched},         {"publishers", publishers},
+                   {"subscribers", subscribers}, {"empty_message", fields}};
+    std::cout << json_text(all) << '\n';
     return 0;
   }
   std::cout << fmt::format("topic  {}{}\ntype   {}\n", options.topic, latched ? " (latched)" : "",
@@ -337,7 +336,7 @@ int topic_info(const Options& options) {
                text(s, "policy") + (obeys.empty() ? "" : ", of " + obeys + " alone")});
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
-  std::cout << "empty message for topic pub: " << fields.dump() << '\n';
+  std::cout << "empty message for topic pub: " << json_text(fields) << '\n';
   return 0;
 }
 

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "common/json_text.h"
 #include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {
@@ -203,24 +204,24 @@ Gltf joint_nodes(const Body& body, int mesh) {
       out.nodes[static_cast<std::size_t>(parent)]["children"].push_back(out.node[at]);
     }
   }
-  const auto add_bone = [&](int joint, int child, const Eigen::Vector3d& to_m) {
+  const auto add_bone = [&](int joint, const std::string& end, const Eigen::Vector3d& to_m) {
     if (to_m.norm() < kShortest_m) return;
     const auto parent = static_cast<std::size_t>(out.node[static_cast<std::size_t>(joint)]);
     out.nodes[parent]["children"].push_back(out.nodes.size());
-    out.nodes.push_back(
-        bone_node(kFileNames[static_cast<std::size_t>(child)], to_file_axes(to_m), mesh));
+    out.nodes.push_back(bone_node(end, to_file_axes(to_m), mesh));
   };
   for (int j = 0; j < kBodyJoints; ++j) {
     for (const int child : children_of(j)) {
-      add_bone(j, child, body.offset_m[static_cast<std::size_t>(child)]);
+      const auto at = static_cast<std::size_t>(child);
+      add_bone(j, kFileNames[at], body.offset_m[at]);
     }
     const Eigen::Vector3d* end = end_of(body, j);
     if (end == nullptr) continue;
-    add_bone(j, j, *end);
+    const std::string name = kFileNames[static_cast<std::size_t>(j)] + std::string("_end");
+    add_bone(j, name, *end);
     const auto parent = static_cast<std::size_t>(out.node[static_cast<std::size_t>(j)]);
     out.nodes[parent]["children"].push_back(out.nodes.size());
-    out.nodes.push_back({{"name", kFileNames[static_cast<std::size_t>(j)] + std::string("_end")},
-                         {"translation", json_of(to_file_axes(*end))}});
+    out.nodes.push_back({{"name", name}, {"translation", json_of(to_file_axes(*end))}});
   }
   for (ordered_json& node : out.nodes) {
     if (node.contains("children") && node["children"].empty()) node.erase("children");
@@ -313,7 +314,7 @@ std::string glb_bytes(const BodyClip& clip) {
       {"bufferViews", buffer.views},
       {"buffers", ordered_json::array({only_buffer})}};
   std::string chunks;
-  add_chunk(document.dump(), 0x4E4F534A, ' ', chunks);       // "JSON"
+  add_chunk(json_text(document), 0x4E4F534A, ' ', chunks);   // "JSON"
   add_chunk(buffer.bytes, 0x004E4942, '\0', chunks);         // "BIN"
   const std::array<std::uint32_t, 3> head = {0x46546C67, 2,  // "glTF"
                                              static_cast<std::uint32_t>(chunks.size() + 12)};

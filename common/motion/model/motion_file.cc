@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/motion/mocap/body.h"
 #include "common/motion/model/motion_model.h"
 
@@ -301,11 +302,11 @@ void write(const Json& model, std::ostream& out) {
     if (key == "patterns" || key == "sources" || key == "learned_from") {
       out << '[';
       for (std::size_t i = 0; i < value.size(); ++i) {
-        out << (i == 0 ? "\n " : ",\n ") << value[i].dump();
+        out << (i == 0 ? "\n " : ",\n ") << json_text(value[i]);
       }
       out << "\n]";
     } else {
-      out << value.dump();
+      out << json_text(value);
     }
     out << (--left > 0 ? ",\n" : "\n");
   }

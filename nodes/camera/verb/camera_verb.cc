@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "common/json_text.h"
 #include "nodes/camera/source/v4l2.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
@@ -111,7 +112,7 @@ int list(const Options& o) {
       print(device, *info);
     }
   }
-  if (o.json) std::cout << all.dump() << '\n';
+  if (o.json) std::cout << json_text(all) << '\n';
   if (found == 0 && !named) std::cerr << "no camera among /dev/video*\n";
   return found == 0 || refused > 0 ? kNoCamera : 0;
 }

@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/plot/gnuplot.h"
 #include "nodes/cognition/field_network.h"
 #include "nodes/cognition/network_file.h"
@@ -167,7 +168,7 @@ int explain(const ExplainOptions& options) {
       one.update(to_json(record.explanations[i]));
       all.push_back(std::move(one));
     }
-    std::cout << all.dump() << '\n';
+    std::cout << json_text(all) << '\n';
   } else {
     for (std::size_t i = 0; i < record.explanations.size(); ++i) {
       print(record, i);
@@ -296,7 +297,7 @@ int run_fields(const RunOptions& options) {
                site, fmt::format("{:.3f}", peaks.max_u)});
   }
   if (options.json) {
-    std::cout << all.dump() << '\n';
+    std::cout << json_text(all) << '\n';
   } else {
     table.print(std::cout, use_colour(STDOUT_FILENO));
   }

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/json_text.h"
 #include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
 #include "nodes/crowd/certificate/certificate.h"
@@ -197,12 +198,11 @@ bool print_certificates_json(const std::string& file, const crowd::Scenario& sce
                       {"weak", weak}});
   }
   const bool holds = all_hold(stages);
-  out << Json{{"file", file},
-              {"name", scenario.name},
-              {"holds", holds},
-              {"stages", groups},
-              {"largest_agents", limits}}
-             .dump()
+  out << json_text(Json{{"file", file},
+                        {"name", scenario.name},
+                        {"holds", holds},
+                        {"stages", groups},
+                        {"largest_agents", limits}})
       << '\n';
   return holds;
 }
@@ -257,7 +257,7 @@ int gait(const GaitOptions& o) {
                     {"rms_m_rad", m.rms_m_rad},
                     {"step_length_m", m.step_length_m}});
   }
-  std::cout << Json{{"model", model.name}, {"gaits", list}}.dump() << '\n';
+  std::cout << json_text(Json{{"model", model.name}, {"gaits", list}}) << '\n';
   return 0;
 }
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/model/files.h"
 #include "nodes/planner/verb/cover_text.h"
 #include "tools/mimesis/table.h"
@@ -88,7 +89,7 @@ void print_table(const model::CoveredArm& covered) {
 int show(const ArmOptions& o) {
   const model::CoveredArm covered = model::load_covered_arm(o.robot);
   if (o.json) {
-    fmt::print("{}\n", json_of(covered).dump());
+    fmt::print("{}\n", json_text(json_of(covered)));
   } else if (o.yaml) {
     fmt::print("{}", cover_text(covered));
   } else {

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "common/runtime/raw.h"
@@ -309,7 +310,7 @@ int plan_and_print(const PlanOptions& o) {
   Json report{{"planned", plan.has_value()}, {"planning_s", planning_s}};
   if (!plan) {
     report["reason"] = plan.error().reason;
-    if (o.json) std::cout << report.dump() << '\n';
+    if (o.json) std::cout << json_text(report) << '\n';
     std::cerr << "plan: " << plan.error().reason << '\n';
     return kFailed;
   }
@@ -333,7 +334,7 @@ int plan_and_print(const PlanOptions& o) {
   if (!o.out.empty()) save(o, arm, settings, *plan);
   if (!o.scene_log.empty()) write_scene(o.scene_log, arm, table, *plan);
   if (o.json) {
-    std::cout << report.dump() << '\n';
+    std::cout << json_text(report) << '\n';
     return kDone;
   }
   if (plan->motions.size() > 1) lines.print(std::cout, use_colour(STDOUT_FILENO));

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/model/files.h"
 #include "nodes/planner/verb/plan_file.h"
 #include "nodes/planner/verb/verify_geometry.h"
@@ -43,16 +44,15 @@ int verify(const VerifyOptions& o) {
   const bool proven = verdict.findings.empty();
   const auto number = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   if (o.json) {
-    std::cout << Json{{"file", o.file},
-                      {"proven", proven},
-                      {"motions", plan.motions.size()},
-                      {"instants", verdict.instants},
-                      {"postures", verdict.postures},
-                      {"nearest_m", number(verdict.nearest_m)},
-                      {"nearest_stop_m", number(verdict.nearest_stop_m)},
-                      {"findings", verdict.findings},
-                      {"left_out", verdict.left_out}}
-                     .dump()
+    std::cout << json_text(Json{{"file", o.file},
+                                {"proven", proven},
+                                {"motions", plan.motions.size()},
+                                {"instants", verdict.instants},
+                                {"postures", verdict.postures},
+                                {"nearest_m", number(verdict.nearest_m)},
+                                {"nearest_stop_m", number(verdict.nearest_stop_m)},
+                                {"findings", verdict.findings},
+                                {"left_out", verdict.left_out}})
               << '\n';
     return proven ? 0 : 1;
   }

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/motion/demix/held_out.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/mocap/trials.h"
@@ -366,7 +367,7 @@ int run(Options& o) {
     report["left_out"].push_back({{"file", file}, {"reason", reason}});
   }
   report["seconds"] = seconds;
-  std::cout << report.dump() << '\n';
+  std::cout << json_text(report) << '\n';
   return 0;
 }
 

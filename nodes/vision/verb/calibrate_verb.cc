@@ -11,6 +11,7 @@
 
 #include "common/error.h"
 #include "common/image/image.h"
+#include "common/json_text.h"
 #include "common/model/rig_file.h"
 #include "nodes/vision/verb/calibration_pictures.h"
 #include "tools/mimesis/table.h"
@@ -217,7 +218,7 @@ int lenses(const Options& options) {
     write_rig(options.out, rig);
     report["file"] = options.out;
   }
-  options.json ? void(std::cout << report.dump() << '\n') : print(report);
+  options.json ? void(std::cout << json_text(report) << '\n') : print(report);
   if (!options.json && !options.out.empty()) std::cout << "written: " << options.out << '\n';
   return kDone;
 }
@@ -276,7 +277,7 @@ int table(const Options& options) {
   write_rig(out, rig);
   report["file"] = out;
   if (options.json) {
-    std::cout << report.dump() << '\n';
+    std::cout << json_text(report) << '\n';
     return kDone;
   }
   std::cout << fmt::format("board on the table: corners {:.3f} px rms\n", placed->rms_px);

@@ -10,6 +10,7 @@
 
 #include "common/error.h"
 #include "common/image/image.h"
+#include "common/json_text.h"
 #include "common/runtime/value_text.h"
 #include "nodes/vision/files/colors_file.h"
 #include "nodes/vision/teach.h"
@@ -97,7 +98,7 @@ int teach(const Options& options) {
     report["picture"] = options.picture;
   }
   if (options.json) {
-    std::cout << report.dump() << '\n';
+    std::cout << json_text(report) << '\n';
     return 0;
   }
   TextTable table({"class", "U", "V", "share of the picture"});
@@ -131,12 +132,11 @@ int check(const Options& options) {
   }
   if (options.json) {
     const auto known = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
-    std::cout << Json{{"blur_px", known(report.blur_px)},
-                      {"overexposed", report.overexposed},
-                      {"median_luma", report.median_luma},
-                      {"flicker", known(report.flicker)},
-                      {"advice", report.advice}}
-                     .dump()
+    std::cout << json_text(Json{{"blur_px", known(report.blur_px)},
+                                {"overexposed", report.overexposed},
+                                {"median_luma", report.median_luma},
+                                {"flicker", known(report.flicker)},
+                                {"advice", report.advice}})
               << '\n';
     return report.advice.empty() ? 0 : 1;
   }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/model/files.h"
 #include "nodes/walker/check/feasible_gait.h"
 #include "nodes/walker/check/find_biped.h"
@@ -245,12 +246,11 @@ int check_robot(CheckOptions o) {
               {"speed_share", checked.gait.load.speed_share},
               {"torque_share", checked.gait.load.torque_share},
               {"slowed", checked.gait.slowed}};
-    std::cout << ordered_json{{"robot", tree.name()},
-                              {"walks", walks},
-                              {"findings", findings},
-                              {"gait", gait},
-                              {"file", walks ? file : ""}}
-                     .dump()
+    std::cout << json_text(ordered_json{{"robot", tree.name()},
+                                        {"walks", walks},
+                                        {"findings", findings},
+                                        {"gait", gait},
+                                        {"file", walks ? file : ""}})
               << '\n';
     return walks ? 0 : 1;
   }

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/cia402/mode_axis.h"
 #include "tools/mimesis/hw/hw_tools.h"
@@ -84,7 +85,8 @@ void refuse_beyond(const HwOptions& options, const std::string& what, double fro
 
 int show(const HwOptions& options, double from, double to, bool done) {
   if (options.json) {
-    std::cout << Json{{"joint", options.joint}, {"from_rad", from}, {"to_rad", to}}.dump() << '\n';
+    std::cout << json_text(Json{{"joint", options.joint}, {"from_rad", from}, {"to_rad", to}})
+              << '\n';
   } else {
     std::cout << fmt::format("{}: {:.4f} to {:.4f} rad\n", options.joint, from, to);
   }

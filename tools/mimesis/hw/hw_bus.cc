@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "hw/cia402/cia402.h"
@@ -181,7 +182,7 @@ int hw_scan(const HwOptions& options) {
     table.row({std::to_string(node), device, called, state, network});
   }
   if (options.json) {
-    std::cout << list.dump() << '\n';
+    std::cout << json_text(list) << '\n';
   } else if (!found.empty()) {
     table.print(std::cout, use_colour(STDOUT_FILENO));
   }
@@ -251,7 +252,7 @@ int hw_sdo(const HwOptions& options) {
       out["value"] = value;
     else
       out["value"] = text_of(data);
-    std::cout << out.dump() << '\n';
+    std::cout << json_text(out) << '\n';
   } else if (!writes) {
     std::cout << (number ? fmt::format("{} (0x{:0{}X})", value, bits, 2 * data.size())
                          : text_of(data))

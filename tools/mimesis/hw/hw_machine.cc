@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "tools/mimesis/hw/bus_watch.h"
 #include "tools/mimesis/hw/hw_tools.h"
 #include "tools/mimesis/stop_signals.h"
@@ -132,15 +133,14 @@ int hw_check(const HwOptions& options) {
                       {"a_max_rad_s2", l.a_max[k]}});
   }
   if (options.json) {
-    std::cout << Json{{"file", options.file},
-                      {"robot", machine.robot},
-                      {"rate_hz", rate_hz},
-                      {"fits", fits},
-                      {"largest_rate_hz", largest_hz},
-                      {"fewest_buses", fewest},
-                      {"buses", buses},
-                      {"joints", joints}}
-                     .dump()
+    std::cout << json_text(Json{{"file", options.file},
+                                {"robot", machine.robot},
+                                {"rate_hz", rate_hz},
+                                {"fits", fits},
+                                {"largest_rate_hz", largest_hz},
+                                {"fewest_buses", fewest},
+                                {"buses", buses},
+                                {"joints", joints}})
               << '\n';
     return fits ? 0 : 1;
   }
@@ -192,7 +192,7 @@ int hw_monitor(const HwOptions& options) {
       begin = now;
       ++shown;
       if (options.json)
-        std::cout << as_json(watch, options, known).dump() << '\n' << std::flush;
+        std::cout << json_text(as_json(watch, options, known)) << '\n' << std::flush;
       else
         print_table(watch, options, known);
       for (const BusWatch::Node& n : watch.nodes()) {

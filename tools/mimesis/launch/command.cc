@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/json_text.h"
 #include "common/runtime/keys.h"
 #include "tools/mimesis/table.h"
 
@@ -35,7 +36,7 @@ std::string launch_json(const GraphFile& graph, const Run& run) {
                               {"graph", run.graph}};
   for (const auto& [name, value] : graph.args) json["args"].push_back(name + "=" + value);
   for (const auto& [node, set] : run.sets) json["sets"].push_back(node + "." + set);
-  return json.dump();
+  return json_text(json);
 }
 
 /// systemd-escape(1): what is no letter, digit, ':', '_' or '.' becomes \xNN.

@@ -13,6 +13,7 @@
 #include <regex>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
@@ -50,9 +51,7 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 /// A reason may hold what a node said, in any bytes.
-void print(const Json& json) {
-  fmt::print("{}\n", json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
+void print(const Json& json) { fmt::print("{}\n", json_text(json)); }
 
 std::string after_text(const NodeSpec& node) {
   std::string names;
@@ -355,7 +354,7 @@ std::string file_help(const std::string& file, const std::vector<std::string>& a
   }
   for (const NodeSpec& node : graph.nodes) help["nodes"].push_back(node_json(node, true));
   for (const NodeSpec& node : graph.disabled) help["nodes"].push_back(node_json(node, false));
-  if (json) return help.dump() + "\n";
+  if (json) return json_text(help) + "\n";
 
   std::string text = fmt::format("{}\n{}", file, help["about"].get<std::string>());
   if (!help["args"].empty()) text += "\nArguments (--arg NAME=VALUE; type, default):\n";

@@ -19,6 +19,7 @@
 #include <unordered_map>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/json_depth.h"
@@ -208,7 +209,7 @@ int cat_metadata(const std::vector<OpenLog>& logs, const std::string& name) {
   }
   if (std::ranges::find(known, name) == known.end()) throw not_in_log("metadata", name, known);
   const std::uint64_t failures = each_metadata(logs, name, [](const log::Metadata& record) {
-    to_standard_output(json_line(record.metadata));
+    to_standard_output(json_text(nlohmann::ordered_json(record.metadata)) + '\n');
   });
   return failures == 0 ? 0 : 1;
 }

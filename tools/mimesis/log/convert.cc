@@ -16,6 +16,7 @@
 #include <set>
 #include <span>
 
+#include "common/json_text.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
@@ -448,7 +449,7 @@ int convert_file(const ConvertOptions& options) {
                                         {"damages", r.damages},
                                         {"untimed", r.untimed},
                                         {"left_out", r.left_out}};
-    (options.output.path == "-" ? std::cerr : std::cout) << object.dump() << '\n';
+    (options.output.path == "-" ? std::cerr : std::cout) << json_text(object) << '\n';
   } else {
     std::cerr << fmt::format(
         "{} -> {}: {} messages{}{}\n", from, to, r.messages,

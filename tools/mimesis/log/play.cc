@@ -15,6 +15,7 @@
 #include <optional>
 #include <thread>
 
+#include "common/json_text.h"
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
@@ -452,14 +453,13 @@ class PacedPlayer {
                  p99_s = to_seconds(lateness_.quantile(0.99)),
                  max_s = to_seconds(lateness_.worst());
     if (options_.json) {
-      std::cout << nlohmann::ordered_json{{"files", options_.files},  {"messages", messages_},
-                                          {"bytes", output_.bytes()}, {"passes", pass_},
-                                          {"seconds", seconds},       {"mb_s", mb_s},
-                                          {"late_p50_s", p50_s},      {"late_p99_s", p99_s},
-                                          {"late_max_s", max_s},      {"held_s", to_seconds(held_)},
-                                          {"missed", missed}}
-                       .dump()
-                << std::endl;
+      const nlohmann::ordered_json all{{"files", options_.files},  {"messages", messages_},
+                                       {"bytes", output_.bytes()}, {"passes", pass_},
+                                       {"seconds", seconds},       {"mb_s", mb_s},
+                                       {"late_p50_s", p50_s},      {"late_p99_s", p99_s},
+                                       {"late_max_s", max_s},      {"held_s", to_seconds(held_)},
+                                       {"missed", missed}};
+      std::cout << json_text(all) << std::endl;
     }
     std::cerr << fmt::format(
         "{} messages played, {:.1f} MB in {:.3f} s: {:.1f} MB/s; late by {:.3f} ms (median), "

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "common/log/codec.h"
 #include "common/log/summary.h"
 #include "common/runtime/graph_time.h"
@@ -332,8 +333,7 @@ class Recorder {
                                        {"messages", messages},    {"lost", counts.total.lost},
                                        {"bytes", bytes},          {"error", error},
                                        {"topics", topics}};
-      std::cout << printable(all.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
-                << std::endl;
+      std::cout << json_text(all) << std::endl;
     } else if (!options_.quiet) {
       table.print(std::cerr, use_colour(2));
     }

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/json_text.h"
 #include "common/runtime/value_text.h"
 #include "common/time.h"
 #include "tools/mimesis/log/open_log.h"
@@ -284,7 +285,7 @@ int report(ReportHead head, const RunCount& count, bool json, const StopSignals&
     for (const auto& [key, worst] : r.tolerated) {
       tolerated.push_back({{"topic", key.first}, {"field", key.second}, {"worst", worst}});
     }
-    std::cout << head.json.dump() << std::endl;
+    std::cout << json_text(head.json) << std::endl;
   } else {
     print_text(head, count);
   }

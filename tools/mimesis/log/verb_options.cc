@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/json_text.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
@@ -78,11 +79,6 @@ void on_run(CLI::App& verb, int& exit_code, std::function<int()> run) {
   });
 }
 
-std::string json_line(const nlohmann::ordered_json& object) {
-  return printable(object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)) +
-         '\n';
-}
-
-void print_json(const nlohmann::ordered_json& object) { std::cout << json_line(object); }
+void print_json(const nlohmann::ordered_json& object) { std::cout << json_text(object) << '\n'; }
 
 }  // namespace mimesis::tool

@@ -55,8 +55,6 @@ void add_output_options(CLI::App& verb, OutputOptions& options);
 /// Calls `run` when the verb is chosen; a VerbEnd becomes its line and its exit code.
 void on_run(CLI::App& verb, int& exit_code, std::function<int()> run);
 
-/// With its end; what is no UTF-8 is replaced.
-std::string json_line(const nlohmann::ordered_json& object);
 /// One line on standard output.
 void print_json(const nlohmann::ordered_json& object);
 template <class T>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "common/time.h"
 #include "proto/params.pb.h"
 #include "tools/mimesis/graph_tools.h"
@@ -180,7 +181,7 @@ void LiveGraph::answer(std::uint64_t client, const SetParameters& set) {
     const auto [node, key] = split(p.name);
     v1::ParamValue& value = *requests[node].add_set();
     value.set_key(key);
-    value.set_value(p.value.is_string() ? p.value.get<std::string>() : p.value.dump());
+    value.set_value(p.value.is_string() ? p.value.get<std::string>() : json_text(p.value));
     names.push_back(p.name);
   }
   const auto nodes = runtime::GraphView(graph_).nodes();

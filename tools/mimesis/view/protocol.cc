@@ -7,6 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "common/json_text.h"
 #include "tools/mimesis/json_depth.h"
 
 namespace mimesis::view {
@@ -25,11 +26,6 @@ std::string base64(const std::string& bytes) {
                     bytes.size(), kKind);
   text.pop_back();  // the terminating zero
   return text;
-}
-
-/// Names may hold any bytes: what is no UTF-8 is replaced.
-std::string text(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 template <class T>
@@ -113,12 +109,12 @@ std::string server_info(std::string_view name, std::string_view session,
     for (const char* more : {"parameters", "parametersSubscribe", "services"})
       capabilities.push_back(more);
   }
-  return text({{"op", "serverInfo"},
-               {"name", name},
-               {"sessionId", session},
-               {"capabilities", capabilities},
-               {"supportedEncodings", {"protobuf"}},
-               {"metadata", metadata}});
+  return json_text(Json{{"op", "serverInfo"},
+                        {"name", name},
+                        {"sessionId", session},
+                        {"capabilities", capabilities},
+                        {"supportedEncodings", {"protobuf"}},
+                        {"metadata", metadata}});
 }
 
 std::string advertise(std::span<const Channel> channels) {
@@ -131,11 +127,11 @@ std::string advertise(std::span<const Channel> channels) {
                    {"schemaEncoding", "protobuf"},
                    {"schema", base64(c.descriptors)}});
   }
-  return text({{"op", "advertise"}, {"channels", all}});
+  return json_text(Json{{"op", "advertise"}, {"channels", all}});
 }
 
 std::string unadvertise(std::span<const std::uint32_t> channels) {
-  return text({{"op", "unadvertise"}, {"channelIds", channels}});
+  return json_text(Json{{"op", "unadvertise"}, {"channelIds", channels}});
 }
 
 std::string advertise_services(std::span<const Service> services) {
@@ -147,11 +143,11 @@ std::string advertise_services(std::span<const Service> services) {
                    {"request", half(s.request)},
                    {"response", half(s.response)}});
   }
-  return text({{"op", "advertiseServices"}, {"services", all}});
+  return json_text(Json{{"op", "advertiseServices"}, {"services", all}});
 }
 
 std::string unadvertise_services(std::span<const std::uint32_t> services) {
-  return text({{"op", "unadvertiseServices"}, {"serviceIds", services}});
+  return json_text(Json{{"op", "unadvertiseServices"}, {"serviceIds", services}});
 }
 
 std::string connection_graph(const Connections& now, const Connections& before) {
@@ -159,12 +155,12 @@ std::string connection_graph(const Connections& now, const Connections& before) 
   for (const Json& topic : gone(before.subscribed, now.published, now.subscribed)) {
     if (!before.published.contains(topic.get<std::string>())) removed.push_back(topic);
   }
-  return text({{"op", "connectionGraphUpdate"},
-               {"publishedTopics", named(now.published, "publisherIds")},
-               {"subscribedTopics", named(now.subscribed, "subscriberIds")},
-               {"advertisedServices", named(now.services, "providerIds")},
-               {"removedTopics", removed},
-               {"removedServices", gone(before.services, now.services, {})}});
+  return json_text(Json{{"op", "connectionGraphUpdate"},
+                        {"publishedTopics", named(now.published, "publisherIds")},
+                        {"subscribedTopics", named(now.subscribed, "subscriberIds")},
+                        {"advertisedServices", named(now.services, "providerIds")},
+                        {"removedTopics", removed},
+                        {"removedServices", gone(before.services, now.services, {})}});
 }
 
 std::string parameter_values(std::span<const Parameter> parameters, const std::string& request) {
@@ -176,18 +172,18 @@ std::string parameter_values(std::span<const Parameter> parameters, const std::s
   }
   Json json{{"op", "parameterValues"}, {"parameters", all}};
   if (!request.empty()) json["id"] = request;
-  return text(json);
+  return json_text(json);
 }
 
 std::string status(Level level, std::string_view message, std::string_view id) {
   Json json{{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}};
   if (!id.empty()) json["id"] = id;
-  return text(json);
+  return json_text(json);
 }
 
 std::string service_failure(std::uint32_t service, std::uint32_t call, std::string_view why) {
-  return text(
-      {{"op", "serviceCallFailure"}, {"serviceId", service}, {"callId", call}, {"message", why}});
+  return json_text(Json{
+      {"op", "serviceCallFailure"}, {"serviceId", service}, {"callId", call}, {"message", why}});
 }
 
 std::string service_answer(std::uint32_t service, std::uint32_t call, std::string_view payload) {
