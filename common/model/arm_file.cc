@@ -76,13 +76,14 @@ struct ChainEntry {
   bool use_visual = false;                    // of links without collision geometry
   std::vector<std::string> without_geometry;  // of these nothing is checked, nor proven
   // One value per joint, which a URDF does not have; j_max and home may be left out.
-  std::vector<double> a_max_rad_s2, j_max_rad_s3, home_rad;
+  std::vector<double> v_max_rad_s, a_max_rad_s2, j_max_rad_s3, home_rad;
   robot::PartSettings fit;  // of parts fitted to its geometry
 
   void visit(ParamVisitor& v) {
     v("urdf", urdf);
     v("base", base);
     v("tip", tip);
+    v("v_max_rad_s", v_max_rad_s, 1e-3, 100.0, 0);
     v("a_max_rad_s2", a_max_rad_s2, 1e-3, 1000.0, 0);
     v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9, 0);
     v("home_rad", home_rad, -6.3, 6.3, 0);
@@ -295,6 +296,7 @@ class Builder {
         axes.push_back({X_BL.translation(), X_BL.linear() * link.axis,
                         link.type == robot::JointType::prismatic});
         moved.push_back(&link);
+        joints_.insert(link.joint);
       }
       put(link.name, {static_cast<int>(axes.size()), X_BL});
     }
@@ -317,8 +319,9 @@ class Builder {
                         " numbers in a_max_rad_s2, expected " + std::to_string(n) +
                         ", one for each joint that moves");
     }
-    for (const auto& [key, values] :
-         {std::pair("home_rad", &chain.home_rad), {"j_max_rad_s3", &chain.j_max_rad_s3}}) {
+    for (const auto& [key, values] : {std::pair("home_rad", &chain.home_rad),
+                                      {"v_max_rad_s", &chain.v_max_rad_s},
+                                      {"j_max_rad_s3", &chain.j_max_rad_s3}}) {
       if (!values->empty() && std::ssize(*values) != n)
         fail("chain", "expected " + std::to_string(n) + " numbers in " + key + ", or none");
     }
@@ -333,12 +336,12 @@ class Builder {
           turns && std::isinf(link.lower) && std::isinf(link.upper);
       arm.q_min[i] = std::max(link.lower, -most);
       arm.q_max[i] = std::min(link.upper, most);
-      arm.v_max[i] = link.max_speed;
+      arm.v_max[i] = chain.v_max_rad_s.empty() ? link.max_speed : chain.v_max_rad_s[std::size_t(i)];
       if (!link.mimics.empty())
         fail("chain", "joint '" + link.joint + "' mimics '" + link.mimics +
                           "', expected joints that move by themselves");
-      if (!(link.max_speed > 0.0) || std::isinf(link.max_speed))
-        fail("chain", "joint '" + link.joint + "' has no limit of velocity");
+      if (!(arm.v_max[i] > 0.0) || std::isinf(arm.v_max[i]))
+        fail("chain", "joint '" + link.joint + "' has no limit of velocity, expected v_max_rad_s");
       if (!(arm.q_min[i] < arm.q_max[i]) || std::isinf(arm.q_max[i] - arm.q_min[i]))
         fail("chain", "joint '" + link.joint + "' has no range between its limits");
       arm.a_max[i] = chain.a_max_rad_s2[static_cast<std::size_t>(i)];
@@ -370,6 +373,9 @@ class Builder {
       if (!(entry.at >= link->lower && entry.at <= link->upper))
         fail("chain.fixed",
              "at of joint '" + entry.joint + "', expected a value within its limits");
+      if (const std::string leader = leader_of(tree, *link); !leader.empty())
+        fail("chain.fixed", "joint '" + entry.joint + "' moves with '" + leader +
+                                "' of the chain, expected one that stays");
       fixed[entry.joint] = entry.at;
     }
     for (const robot::Link& link : tree.links()) {
@@ -383,6 +389,17 @@ class Builder {
             carrier != links_.end() ? link.joint : loose_.at(tree.link(link.parent).name);
       }
     }
+  }
+
+  /// Joint of the chain that the joint of a link follows, perhaps by others; empty: none.
+  std::string leader_of(const robot::RobotTree& tree, const robot::Link& link) const {
+    std::string leader = link.mimics;
+    for (std::size_t n = 0; !leader.empty() && n < tree.links().size(); ++n) {
+      if (joints_.contains(leader)) return leader;
+      const auto next = std::ranges::find(tree.links(), leader, &robot::Link::joint);
+      leader = next == tree.links().end() ? "" : next->mimics;
+    }
+    return "";
   }
 
   /// Of a joint beside the chain: given, or by the joint that it mimics.
@@ -557,6 +574,11 @@ class Builder {
       if (std::ranges::count(excused, link) > 0) return arm.unchecked.push_back(link);
       const std::string name = "link '" + link + "' ";
       const std::string excuse = "its name in without_geometry";
+      const auto mover = std::ranges::find(tree.links(), joint, &robot::Link::joint);
+      const std::string leader = joint.empty() ? "" : leader_of(tree, *mover);
+      if (!leader.empty())
+        fail("chain", name + "moves with '" + leader + "' of the chain, by joint '" + joint +
+                          "': expected " + excuse);
       if (!joint.empty())
         fail("chain", name + "moves on joint '" + joint + "' beside the chain, expected {joint: " +
                           joint + ", at: ...} in fixed, or " + excuse);
@@ -581,6 +603,7 @@ class Builder {
   const ArmFile& entry_;
   CoveredArm out_;
   std::string urdf_;                          // of the chain
+  std::set<std::string> joints_;              // of the chain, that move
   std::map<std::string, LinkPlace> links_;    // that the frames carry
   std::vector<std::string> order_;            // of them: from base to tip, then the branches
   std::map<std::string, std::string> loose_;  // links that a joint beside the chain moves; which

@@ -2,6 +2,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cstdlib>
 #include <filesystem>
@@ -89,6 +90,12 @@ void check_sizes(const Vector3d& v, const std::string& what) {
     throw ConfigError(what + ", expected lengths above 0, and below 100 m");
 }
 
+/// A box of size 0 0 0 marks a frame, as of Kinova's roots: it holds nothing.
+bool is_point(const urdf::Geometry& geometry) {
+  const auto* box = dynamic_cast<const urdf::Box*>(&geometry);
+  return box != nullptr && vector_of(box->dim).isZero(0.0);
+}
+
 Solid solid_of(const urdf::Pose& origin, const urdf::Geometry* geometry,
                const std::string& urdf_file, const MeshPaths& paths) {
   Solid solid{.X_LS = pose_of(origin)};
@@ -127,8 +134,13 @@ std::shared_ptr<const TriangleMesh> load_mesh(const std::string& beside, const s
 std::map<std::string, LinkParts> link_parts(const std::string& urdf_file) {
   const auto model = parse_urdf(urdf_file);
   std::map<std::string, LinkParts> found;
+  const auto any = [](const auto& parts) {
+    return std::ranges::any_of(parts, [](const auto& part) {
+      return !part || !part->geometry || !is_point(*part->geometry);
+    });
+  };
   for (const auto& [name, link] : model->links_)
-    found[name] = {!link->collision_array.empty(), !link->visual_array.empty()};
+    found[name] = {any(link->collision_array), any(link->visual_array)};
   return found;
 }
 
@@ -143,12 +155,13 @@ std::map<std::string, std::vector<Solid>> link_solids(const std::string& urdf_fi
     const auto add = [&](const auto& parts) {
       for (const auto& part : parts) {
         if (!part || !part->geometry) throw ConfigError("it has no shape, expected a geometry");
+        if (is_point(*part->geometry)) continue;
         solids[name].push_back(solid_of(part->origin, part->geometry.get(), urdf_file, paths));
       }
     };
     try {
       add(link->collision_array);
-      if (link->collision_array.empty() && use_visual) add(link->visual_array);
+      if (solids[name].empty() && use_visual) add(link->visual_array);
     } catch (const ConfigError& e) {
       std::string what = urdf_file + ": link '" + name + "': " + e.what();
       for (char& c : what) c = c == '\n' || c == '\r' ? ' ' : c;

@@ -2,6 +2,7 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -54,28 +55,31 @@ std::string read_text(const std::string& file) {
   return text.str();
 }
 
-/// Name of the outermost element; a document type with entities is not read. Empty: no XML.
-std::string root_element(const std::string& text) {
+/// Where the outermost element begins, or a document type with entities, which are not read. npos:
+/// no XML.
+std::size_t root_element(const std::string& text) {
   std::size_t at = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
   while ((at = text.find_first_not_of(" \t\r\n", at)) != text.npos && text[at] == '<') {
     const std::string_view rest = std::string_view(text).substr(at);
-    if (rest.size() > 1 && rest[1] != '?' && rest[1] != '!')
-      return std::string(rest.substr(1, rest.find_first_of(" \t\r\n/>", 1) - 1));
+    if (rest.size() > 1 && rest[1] != '?' && rest[1] != '!') return at;
     const std::string_view end = rest.starts_with("<!--") ? "-->" : ">";
-    if (rest.starts_with("<!DOCTYPE") && rest.find('[') < rest.find('>')) return "!DOCTYPE [";
+    if (rest.starts_with("<!DOCTYPE") && rest.find('[') < rest.find('>')) return at;
     at = text.find(end, at);
     if (at == text.npos) break;
     at += end.size();
   }
-  return "";
+  return text.npos;
 }
 
 /// Why the text is no URDF, by what it is instead; empty: it may be one.
 std::string other_kind(const std::string& text) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return "is UTF-16";
   if (text.starts_with("version https://git-lfs")) return "is a pointer of Git LFS (git lfs pull)";
-  if (const std::string root = root_element(text); root != "robot")
-    return root.empty() ? "is no XML" : "holds <" + printable(root) + ">";
+  const std::size_t at = root_element(text);
+  if (at == text.npos) return "is no XML";
+  if (text[at + 1] == '!') return "holds <!DOCTYPE [>";
+  const std::string root = text.substr(at + 1, text.find_first_of(" \t\r\n/>", at) - at - 1);
+  if (root != "robot") return "holds <" + printable(root) + ">";
   return printable(text, "\t\r\n") == text ? "" : "is no UTF-8";
 }
 
@@ -91,22 +95,38 @@ void drop_empty_inertials(std::string& text) {
   }
 }
 
-/// Whether there are macros outside of comments: what they stand for would be missing. A property
-/// that is left over says nothing.
-bool is_xacro(const std::string& text) {
+/// Some exporters leave it out, and urdfdom wants one.
+void name_robot(std::string& text, const std::string& name) {
+  const std::size_t begin = root_element(text) + std::strlen("<robot");
+  const std::string_view tag = std::string_view(text).substr(begin, text.find('>', begin) - begin);
+  for (std::size_t at = 0; (at = tag.find("name", at + 1)) != tag.npos;) {
+    const std::size_t next = tag.find_first_not_of(" \t\r\n", at + 4);
+    if (std::isspace(tag[at - 1]) != 0 && next != tag.npos && tag[next] == '=') return;
+  }
+  text.insert(begin, " name=\"" + name + '"');
+}
+
+/// The first macro outside of comments, "line 7: <xacro:arm", empty if there is none: what it
+/// stands for would be missing. A property that is left over says nothing.
+std::string find_macro(const std::string& text) {
   const auto until = [&](const char* what, std::size_t from) {
     return std::min(text.find(what, from), text.size());
   };
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t comment = until("<!--", at);
     const std::string_view part = std::string_view(text).substr(at, comment - at);
-    if (part.find("${") != part.npos) return true;
+    std::size_t macro = part.find("${");
     for (std::size_t tag = 0; (tag = part.find("<xacro:", tag)) != part.npos; ++tag)
-      if (!part.substr(tag).starts_with("<xacro:property")) return true;
+      if (!part.substr(tag).starts_with("<xacro:property")) macro = std::min(macro, tag);
+    if (macro != part.npos) {
+      const auto line = 1 + std::ranges::count(text.substr(0, at + macro), '\n');
+      return "line " + std::to_string(line) + ": " +
+             std::string(part.substr(macro, part.find_first_of(" \t\r\n/>}", macro) - macro));
+    }
     at = until("-->", comment);
     if (at < text.size()) at += 3;
   }
-  return false;
+  return "";
 }
 
 /// urdfdom leaves out the shape of a link whose material has no name, and a colour needs none.
@@ -127,8 +147,10 @@ urdf::ModelInterfaceSharedPtr parse_urdf(const std::string& file) {
   std::string text = read_text(file);
   if (const std::string why = other_kind(text); !why.empty())
     throw ConfigError(file + ": " + why + ", expected <robot>: a URDF file");
-  if (is_xacro(text))
-    throw ConfigError(file + ": is xacro, expected the URDF that `xacro FILE` prints");
+  if (const std::string macro = find_macro(text); !macro.empty())
+    throw ConfigError(file + ": is xacro (" + printable(macro) +
+                      "), expected the URDF that `xacro FILE` prints");
+  name_robot(text, "robot");
   name_materials(text);
   drop_empty_inertials(text);
   const Errors errors;

@@ -118,12 +118,15 @@ TEST(RobotTree, RefusesALinkOfWhichAPartCannotBeRead) {
 }
 
 TEST(RobotTree, NamesXacro) {
-  for (const char* part : {"<xacro:include filename='arm.xacro'/>", "<xacro:arm parent='base'/>",
-                           "<link name='${prefix}base'/>"}) {
+  for (const auto& [part, macro] : {std::pair("<xacro:include file='a.xacro'/>", "<xacro:include"),
+                                    std::pair("<xacro:arm parent='base'/>", "<xacro:arm"),
+                                    std::pair("<link name='${prefix}base'/>", "${prefix")}) {
     std::string urdf = kSmallRobot;
     urdf.replace(urdf.find("</robot>"), 0, part);
     const std::string why = testing::refusal([&] { read_urdf(write_urdf(urdf)); });
-    EXPECT_NE(why.find("is xacro, expected the URDF that"), std::string::npos) << part << why;
+    EXPECT_NE(why.find("is xacro (line 29: " + std::string(macro) + "), expected the URDF that"),
+              std::string::npos)
+        << why;
     urdf = kSmallRobot;
     urdf.replace(urdf.find("</robot>"), 0, "<!-- " + std::string(part) + " -->");
     EXPECT_EQ(testing::refusal([&] { read_urdf(write_urdf(urdf)); }), "") << "a comment";
@@ -168,6 +171,10 @@ TEST(RobotTree, TakesWhatEditorsAndExportersWrite) {
   urdf = before + "<link name=\"tip\"><inertial><origin/></inertial></link>" + behind;
   EXPECT_NE(testing::refusal([&] { read_urdf(write_urdf(urdf)); }).find("[tip]"),
             std::string::npos);
+  urdf = kSmallRobot;
+  const std::string name = " name=\"small\"";
+  urdf.replace(urdf.find(name), name.size(), " xmlns:name='x'");
+  EXPECT_EQ(read_urdf(write_urdf(urdf)).name(), "robot") << "an exporter left it out";
   urdf = kSmallRobot;
   urdf.insert(urdf.find("<robot"), "<!DOCTYPE robot>\n");
   for (const std::string& text : {urdf, "\n\r\n" + std::string(kSmallRobot)})
@@ -229,6 +236,17 @@ TEST(RobotTree, MassesOfFixedLinksGoToTheirCarriers) {
   const RobotTree negative = read_urdf(write_urdf(urdf));
   EXPECT_NE(testing::refusal([&] { merged(negative); }).find("link 'tip': mass -0.2"),
             std::string::npos);
+}
+
+TEST(RobotTree, MomentsOfNoBodyAreRaisedToABodys) {
+  std::vector<Link> links = read_urdf(write_urdf(kSmallRobot)).links();
+  links[1].inertia.about_com_kg_m2 = Eigen::Vector3d(0.01, 0.02, 0.05).asDiagonal();
+  std::vector<std::string> changed;
+  const RobotTree tree = balanced(RobotTree("small", links), &changed);
+  EXPECT_EQ(changed, std::vector<std::string>{links[1].name});
+  const Eigen::Matrix3d wanted = Eigen::Vector3d(1.0 / 60.0, 1.0 / 30.0, 0.05).asDiagonal();
+  EXPECT_LT((tree.link(1).inertia.about_com_kg_m2 - wanted).norm(), 1e-9);
+  EXPECT_EQ(tree.link(0).inertia.about_com_kg_m2, links[0].inertia.about_com_kg_m2);
 }
 
 TEST(RobotTree, RefusesLinksOutOfOrder) {

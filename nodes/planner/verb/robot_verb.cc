@@ -29,12 +29,14 @@ bool in_names(char c) {
          c == '-';
 }
 
+constexpr double kMostSpeed_rad_s = 100.0;  // beyond it a number says that nobody knew it
+
 struct NewOptions {
   std::string urdf, name, folder = ".", base, tip, srdf, group;
   std::vector<std::string> states;
   std::vector<double> home_rad;
-  std::vector<std::string> mesh_paths;  // FROM=TO
-  double speeds_up_s = 0.5, fitted_m = 0.0;
+  std::vector<std::string> mesh_paths, without_geometry;  // FROM=TO; links
+  double speed_rad_s = 0.0, speeds_up_s = 0.5, fitted_m = 0.0;
   bool force = false;
 };
 
@@ -43,8 +45,10 @@ struct NewArm {
   robot::RobotTree tree;
   robot::ArmChain chain;
   bool use_visual = false;
-  std::vector<std::string> shapeless;  ///< links that move and have mass, but no geometry
-  std::vector<double> home, acceleration;
+  std::vector<std::string>
+      shapeless{};  ///< links that move and have mass, but no geometry, or are left out
+  std::vector<double> home{}, acceleration{};
+  std::vector<double> speed{};  ///< of all joints, if the URDF lacks some
   bool slides = false;
   Srdf srdf{};
   std::string lacks{};  ///< what states of the SRDF place beside the robot, a line each
@@ -104,7 +108,10 @@ std::map<std::string, double> placed_joints(const NewOptions& o, const Srdf& srd
 }
 
 NewArm look_at(const NewOptions& o) {
-  NewArm arm{robot::read_urdf(o.urdf), {}, false, {}, o.home_rad, {}, false, {}, {}};
+  NewArm arm{.tree = robot::read_urdf(o.urdf),
+             .chain = {},
+             .shapeless = o.without_geometry,
+             .home = o.home_rad};
   if (!o.srdf.empty()) arm.srdf = read_srdf(o.srdf, arm.tree);
   const Srdf::Chain chain = chain_of(o, arm.srdf, arm.tree);
   arm.chain = robot::find_arm_chain(arm.tree, chain.base, chain.tip);
@@ -124,20 +131,29 @@ NewArm look_at(const NewOptions& o) {
     const robot::LinkParts& has = parts.at(link.name);
     if (has.collision) continue;
     arm.use_visual |= has.visual;
-    if (!has.visual && link.inertia.mass_kg > 0.0) arm.shapeless.push_back(link.name);
+    if (!has.visual && link.inertia.mass_kg > 0.0 &&
+        std::ranges::count(arm.shapeless, link.name) == 0)
+      arm.shapeless.push_back(link.name);
   }
+  bool lacks = false;
   for (const int l : arm.chain.joints) {
     const robot::Link& link = arm.tree.link(l);
     arm.slides |= link.type == robot::JointType::prismatic;
-    if (!(link.max_speed > 0.0) || std::isinf(link.max_speed))
-      throw ConfigError(fmt::format("{}: joint '{}' has no limit of velocity, expected one above 0",
-                                    o.urdf, link.joint));
-    arm.acceleration.push_back(link.max_speed / o.speeds_up_s);
+    const bool limited = link.max_speed > 0.0 && link.max_speed <= kMostSpeed_rad_s;
+    if (!limited && o.speed_rad_s == 0.0)
+      throw ConfigError(
+          fmt::format("{}: joint '{}' has no limit of velocity ({:g}), expected one "
+                      "above 0 and up to {:g}, or --speed-rad-s",
+                      o.urdf, link.joint, link.max_speed, kMostSpeed_rad_s));
+    lacks |= !limited;
+    arm.speed.push_back(limited ? link.max_speed : o.speed_rad_s);
+    arm.acceleration.push_back(arm.speed.back() / o.speeds_up_s);
     if (!o.home_rad.empty()) continue;
     const auto given = placed.find(link.joint);
     arm.home.push_back(given != placed.end() ? given->second
                                              : std::min(std::max(0.0, link.lower), link.upper));
   }
+  if (!lacks) arm.speed.clear();
   return arm;
 }
 
@@ -152,10 +168,14 @@ std::string arm_text(const NewOptions& o, const NewArm& arm) {
       "tool_m: [0, 0, 0]           # where things are held, in link {}\n"
       "chain:\n"
       "  urdf: {}\n  base: {}\n  tip: {}\n"
-      "  home_rad: [{:.6g}]\n  a_max_rad_s2: [{:.6g}]\n",
+      "  home_rad: [{}]\n  a_max_rad_s2: [{:.6g}]\n",
       arm.tree.name(), urdf.filename().string(), yaml_word(o.name), arm.chain.base, arm.chain.tip,
       yaml_word(beside ? urdf.filename().string() : urdf.string()), yaml_word(arm.chain.base),
       yaml_word(arm.chain.tip), fmt::join(arm.home, ", "), fmt::join(arm.acceleration, ", "));
+  if (!arm.speed.empty())
+    text +=
+        fmt::format("  v_max_rad_s: [{:.6g}]      # of joints without a limit, by --speed-rad-s\n",
+                    fmt::join(arm.speed, ", "));
   if (!arm.chain.fixed.empty()) text += "  fixed:                    # where these joints stay\n";
   for (const auto& [joint, at] : arm.chain.fixed)
     text += fmt::format("    - {{joint: {}, at: {:.6g}}}\n", yaml_word(joint), at);
@@ -337,8 +357,9 @@ int make(NewOptions o) {
     covered = model::load_covered_arm(draft.string());
   } catch (const ConfigError& e) {
     fs::remove(draft);
-    std::string what = e.what();
-    if (what.starts_with(draft.string())) what.replace(0, draft.string().size(), o.urdf);
+    std::string what = e.what();  // a line for each mistake
+    for (std::size_t at = 0; (at = what.find(draft.string(), at)) != what.npos; at += o.urdf.size())
+      what.replace(at, draft.string().size(), o.urdf);
     throw ConfigError(what);
   }
   fs::remove(draft);
@@ -398,6 +419,13 @@ void add_robot(CLI::App& program, int& exit_code) {
         const std::size_t at = path.find('=');
         return at == 0 || at == std::string::npos ? "expected FROM=TO" : std::string();
       });
+  sub->add_option("--without-geometry", o->without_geometry,
+                  "Checks LINK against nothing, and proves no plan (repeatable)")
+      ->type_name("LINK")
+      ->allow_extra_args(false);
+  sub->add_option("--speed-rad-s", o->speed_rad_s,
+                  "Speed of joints whose limit of velocity the URDF lacks (0 or none)")
+      ->check(CLI::Range(0.001, kMostSpeed_rad_s));
   sub->add_option("--speeds-up-s", o->speeds_up_s,
                   "Time to full speed: a URDF has no accelerations")
       ->check(CLI::Range(0.01, 100.0))

@@ -125,7 +125,8 @@ std::vector<Triangle> surface(const TiXmlElement& geometry, const model::Covered
   std::vector<Triangle> out;
   if (const auto* box = geometry.FirstChildElement("box")) {
     const std::vector<double> size = numbers(box, "size", 3, NAN);
-    const double round = std::sqrt(0.5);  // corners of a turned square
+    if (std::ranges::count(size, 0.0) == 3) return out;  // marks a frame
+    const double round = std::sqrt(0.5);                 // corners of a turned square
     std::vector<Triangle> rod;
     for (int i = 0; i < 4; ++i) {
       const auto at = [&](int k, double z) {

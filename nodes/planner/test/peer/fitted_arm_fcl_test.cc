@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -237,7 +238,7 @@ TEST_F(FittedArm, DISABLED_SlowOfMoreRandomGeometryTouchesNothing) {
 
 /// An arm of a public URDF: parts of it, between random postures that keep 5 mm on the meshes.
 struct PublicArm {
-  std::string urdf, base, tip;  // below data/robots/public/example-robot-data/robots
+  std::string urdf, base, tip;  // from data/robots/public/example-robot-data/robots on
   std::string without{};        // links that have no geometry
 };
 void PrintTo(const PublicArm& arm, std::ostream* out) { *out << arm.urdf; }
@@ -329,15 +330,32 @@ TEST_P(PublicArms, DISABLED_SlowPlanWhatOmplPlansOnTheMeshes) {
   EXPECT_GE(both, 0.95 * ompl);
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, PublicArms,
-                         ::testing::Values(PublicArm{"ur_description/urdf/ur10_robot.urdf", "", ""},
-                                           PublicArm{"ur_description/urdf/ur5_gripper.urdf", "",
-                                                     ""},
-                                           PublicArm{"panda_description/urdf/panda.urdf", "", ""},
-                                           PublicArm{"tiago_description/robots/tiago_no_hand.urdf",
-                                                     "torso_lift_link", "", "arm_7_link"},
-                                           PublicArm{"talos_data/robots/talos_reduced.urdf",
-                                                     "torso_2_link", "gripper_right_base_link"}));
+/// Those of ../shared, or of the file MIMESIS_PUBLIC_ARMS: "URDF BASE TIP [LINKS WITHOUT GEOMETRY]"
+/// a line, ~ for what is to be found.
+std::vector<PublicArm> public_arms() {
+  const char* file = std::getenv("MIMESIS_PUBLIC_ARMS");
+  if (file == nullptr) {
+    return {{"ur_description/urdf/ur10_robot.urdf", "", ""},
+            {"ur_description/urdf/ur5_gripper.urdf", "", ""},
+            {"panda_description/urdf/panda.urdf", "", ""},
+            {"tiago_description/robots/tiago_no_hand.urdf", "torso_lift_link", "", "arm_7_link"},
+            {"talos_data/robots/talos_reduced.urdf", "torso_2_link", "gripper_right_base_link"}};
+  }
+  std::vector<PublicArm> arms;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    PublicArm arm;
+    std::istringstream words(line);
+    words >> arm.urdf >> arm.base >> arm.tip >> std::ws;
+    std::getline(words, arm.without);
+    for (std::string* link : {&arm.base, &arm.tip})
+      if (*link == "~") link->clear();
+    arms.push_back(arm);
+  }
+  return arms;
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, PublicArms, ::testing::ValuesIn(public_arms()));
 
 }  // namespace
 }  // namespace mimesis::planner

@@ -53,6 +53,11 @@ class RobotNew : public testing::VerbTest {
     if (std::ranges::count(words, "--name") == 0) words.insert(words.end(), {"--name", "mine"});
     return call(words);
   }
+  static std::string text_of(const fs::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+  }
   std::string file() const { return folder_ / "mine.yaml"; }
 
   testing::TemporaryFolder folder_;
@@ -68,9 +73,8 @@ TEST_F(RobotNew, AnArmMovesByTheThreeCommands) {
   EXPECT_TRUE(model::touching_groups(arm, arm.home).empty()) << "a plan can begin at home";
   EXPECT_TRUE(arm.unchecked.empty());
 
-  std::ostringstream text;
-  text << std::ifstream(folder_ / "mine.launch.yaml").rdbuf();
-  EXPECT_NE(text.str().find("enable: {type: string, default: service"), std::string::npos)
+  const std::string text = text_of(folder_ / "mine.launch.yaml");
+  EXPECT_NE(text.find("enable: {type: string, default: service"), std::string::npos)
       << "real drives wait for somebody who enables them";
   testing::TestGraph graph;
   testing::Process launch("mimesis",
@@ -233,6 +237,52 @@ TEST_F(RobotNew, ReadsAnSrdf) {
   refused("<group name='arm'>\n", {}, "expected an SRDF");
 }
 
+/// Exporters write velocity="0", limits with fifteen digits, and boxes of no size for frames.
+TEST_F(RobotNew, TakesWhatExportersWrite) {
+  std::string text = text_of(urdf("", "0"));
+  const auto swap = [&text](const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
+      text.replace(at, from.size(), to);
+  };
+  swap("lower='-2'", "lower='1.1344640137963142'");
+  swap("<link name='link 0'>",
+       "<link name='link 0'><collision><geometry><box size='0 0 0'/>"
+       "</geometry></collision>");
+  std::ofstream(folder_ / "my arm.urdf") << text;
+  ASSERT_EQ(make({folder_ / "my arm.urdf", "--speed-rad-s", "0.7"}), 0) << errors_;
+  EXPECT_NE(text_of(file()).find("v_max_rad_s: [0.7, 0.7, 0.7, 0.7, 0.7]"), std::string::npos);
+  EXPECT_NE(text_of(file()).find("1.1344640137963142"), std::string::npos) << "home";
+  const model::CoveredArm arm = model::load_covered_arm(file());
+  EXPECT_EQ(arm.arm.v_max, Eigen::VectorXd::Constant(5, 0.7));
+}
+
+/// As on large arms of ABB and Fanuc: it moves beside the chain, with a joint of it.
+TEST_F(RobotNew, ABalancerIsNamedAndMayBeLeftOut) {
+  std::string text = text_of(urdf());
+  text.replace(
+      text.find("</robot>"), 8,
+      "<link name='balancer'><collision><geometry><box size='0.1 0.1 0.1'/></geometry>"
+      "</collision></link><joint name='to balancer' type='continuous'><parent link='link 1'"
+      "/><child link='balancer'/><axis xyz='0 1 0'/><mimic joint='to link 2' "
+      "multiplier='-0.25'/></joint></robot>");
+  const std::string file_of_balancer = folder_ / "my arm.urdf";
+  std::ofstream(file_of_balancer) << text;
+  EXPECT_EQ(make({file_of_balancer}), 2);
+  EXPECT_NE(errors_.find("link 'balancer' moves with 'to link 2' of the chain, by joint 'to "
+                         "balancer': expected its name in without_geometry"),
+            std::string::npos)
+      << errors_;
+  ASSERT_EQ(make({file_of_balancer, "--without-geometry", "balancer"}), 0) << errors_;
+  EXPECT_NE(output_.find("checked against nothing: balancer"), std::string::npos) << output_;
+  text = text_of(file());
+  text.insert(text.find("    - {joint: "), "    - {joint: to balancer, at: 0}\n");
+  std::ofstream(file()) << text;
+  EXPECT_EQ(call({"plan", "arm", file()}), 2);
+  EXPECT_NE(errors_.find("joint 'to balancer' moves with 'to link 2' of the chain"),
+            std::string::npos)
+      << errors_;
+}
+
 TEST_F(RobotNew, LeavesNothingBehindWhereItRefuses) {
   const auto expect = [this](const std::vector<std::string>& words, const std::string& said) {
     EXPECT_EQ(make(words), 2);
@@ -240,7 +290,10 @@ TEST_F(RobotNew, LeavesNothingBehindWhereItRefuses) {
   };
   expect({urdf("<collision><geometry><mesh filename='no.stl'/></geometry></collision>")},
          "link 'link 3': mesh 'no.stl'");
-  expect({urdf("", "0")}, "my arm.urdf: joint 'to link 1' has no limit of velocity");
+  expect({urdf("", "0")},
+         "my arm.urdf: joint 'to link 1' has no limit of velocity (0), expected one above 0 and up "
+         "to 100, or --speed-rad-s");
+  expect({urdf("", "1e4")}, "joint 'to link 1' has no limit of velocity (10000)");
   expect({urdf(), "--name", "a b"}, "--name a b: expected letters, digits, _ and -");
   expect({urdf(), "--tip", "hand"}, "'hand'");
   expect({urdf(), "--home", "0,0"}, "my arm.urdf: chain: expected 5 numbers in home_rad");
