@@ -447,6 +447,8 @@ TEST(CameraModes, ARawFormatThatIsTooSlowGivesWayToMjpg) {  // lagadic/visp#931
   EXPECT_EQ(choose_mode(modes, {.format = "YUYV", .width = 1280, .height = 720}), &modes[2]);
   EXPECT_EQ(choose_mode(modes, {.width = 1280, .height = 720, .rate_hz = 5}), &modes[2]);
   EXPECT_EQ(choose_mode(modes, {.format = "NV12"}), nullptr);
+  const std::vector<CameraMode> slow{{"YUYV", 1280, 720, 0, 0, 5}, {"MJPG", 1280, 720, 0, 0, 9}};
+  EXPECT_EQ(choose_mode(slow, {.width = 1280, .height = 720, .rate_hz = 30}), &slow[1]);
 }
 
 TEST(CameraModes, CamerasThatOfferOneFormatAreTaken) {

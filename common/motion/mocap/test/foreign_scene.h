@@ -29,14 +29,16 @@ class ForeignScene {
     const double ticks = scene_->mAnimations[0]->mTicksPerSecond;
     return tracks_.begin()->second->mRotationKeys[frame].mTime / ticks;
   }
-  /// Place of a node in the file's axes and unit.
-  Eigen::Vector3d place(const std::string& name, unsigned frame) const {
+  /// Place of a node, or of a point in its frame, in the file's axes and unit.
+  Eigen::Vector3d place(const std::string& name, unsigned frame,
+                        const aiVector3D& point = aiVector3D()) const {
     aiMatrix4x4 all;
     for (const aiNode* node = scene_->mRootNode->FindNode(name.c_str()); node != nullptr;
          node = node->mParent) {
       all = local(*node, frame) * all;
     }
-    return Eigen::Vector3d(all.a4, all.b4, all.c4);
+    const aiVector3D p = all * point;
+    return Eigen::Vector3d(p.x, p.y, p.z);
   }
 
  private:

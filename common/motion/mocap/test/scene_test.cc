@@ -1,6 +1,7 @@
 // Figures written as BVH and glTF, and scenes read: by a foreign reader and by ours.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -98,6 +99,20 @@ TEST_F(Scene, AForeignReaderSeesTheFigureWhereItIs) {
   }
 }
 
+TEST_F(Scene, ANameThatIsNoUtf8IsWritten) {
+  BodyClip clip = walk({.seconds = 0.5});
+  clip.name = "l\xe4ufer";
+  EXPECT_EQ(read_clip(write("a.glb", glb_bytes(clip))).frames(), clip.frames());
+}
+
+TEST_F(Scene, BonesReachFromJointToJoint) {
+  const ForeignScene scene(write("a.glb", glb_bytes(turning())));
+  for (const std::string to : {"LeftLeg", "RightFoot", "LeftForeArm", "Neck"}) {
+    const Eigen::Vector3d tip = scene.place(to + "_bone", 12, aiVector3D(0.0f, 1.0f, 0.0f));
+    EXPECT_LT((tip - scene.place(to, 12)).norm(), 2e-5) << to;
+  }
+}
+
 TEST_F(Scene, OursReadsBackWhatWasWritten) {
   const BodyClip clip = walk({.turn_rad_s = 0.3});
   for (const std::string& file :
@@ -140,6 +155,28 @@ TEST_F(Scene, NodesAboveTheHipsCount) {
       const Eigen::Vector3d wanted = kScale * turn * was.p_WJ[j] + Eigen::Vector3d(0.0, 1.0, 0.0);
       EXPECT_LT((is.p_WJ[j] - wanted).norm(), 1e-4) << kBodyJointNames[j] << " frame " << t;
     }
+  }
+}
+
+/// Angles are those from the posture that the nodes show without their animation.
+TEST_F(Scene, ARestPostureIsTheZeroPosture) {
+  const BodyClip clip = walk({.seconds = 0.5, .turn_rad_s = 0.4});
+  const Eigen::Quaterniond rest(Eigen::AngleAxisd(0.5, Eigen::Vector3d(0.6, 0.0, 0.8)));
+  const std::string glb = glb_bytes(clip);
+  const std::string file =
+      write("rest.glb", edited(glb, [&](json& document) {
+              document["nodes"][kLeftHip]["rotation"] = {rest.x(), rest.y(), rest.z(), rest.w()};
+            }));
+  const Clip was = read_clip(write("a.glb", glb)), is = read_clip(file);
+  const auto knee_of = [](const Clip& of) {
+    return std::ranges::find(of.skeleton.joints, "LeftLeg", &Joint::name)->offset_m;
+  };
+  const Eigen::Vector3d knee_m = knee_of(was);
+  const Eigen::Vector3d in_file(knee_m.y(), knee_m.z(), knee_m.x());
+  EXPECT_LT((knee_of(is) - in_project(rest * in_file, 1.0)).norm(), 1e-5);
+  const BodyPose pose = to_body(is).pose(7), wanted = clip.pose(7);
+  for (std::size_t j = 0; j < kBodyJoints; ++j) {
+    EXPECT_LT((pose.p_WJ[j] - wanted.p_WJ[j]).norm(), 1e-4) << kBodyJointNames[j];
   }
 }
 

@@ -2,6 +2,7 @@
 // writes is opened by a foreign reader.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -44,6 +45,29 @@ Eigen::Vector3d place(const mocap::ForeignScene& scene, const char* node, unsign
                       double unit_m) {
   const Eigen::Vector3d p = unit_m * scene.place(node, frame);
   return {p.z(), p.x(), p.y()};
+}
+
+TEST_F(Motion, FramesBetweenTheRunsAreInTheirMiddle) {
+  for (const char* rate_hz : {"50", "100"}) {
+    const std::string file = path(std::string(rate_hz) + ".glb");
+    ASSERT_EQ(run({"export", kRun, "--gltf", file, "--rate-hz", rate_hz}), 0) << errors_;
+  }
+  const mocap::ForeignScene runs(path("50.glb")), twice(path("100.glb"));
+  const auto heading_rad = [](const mocap::ForeignScene& scene, unsigned frame) {
+    const Eigen::Vector3d v =
+        place(scene, "LeftUpLeg", frame, 1.0) - place(scene, "RightUpLeg", frame, 1.0);
+    return std::atan2(v.y(), v.x());
+  };
+  double largest_rad = 0.0;
+  for (unsigned t = 0; t + 1 < runs.frames(); ++t) {
+    const double from = heading_rad(runs, t), change = heading_rad(runs, t + 1) - from;
+    const double middle = heading_rad(twice, 2 * t + 1);
+    EXPECT_NEAR(std::remainder(middle - from, 2.0 * M_PI), 0.5 * std::remainder(change, 2.0 * M_PI),
+                5e-4)
+        << t;
+    largest_rad = std::max(largest_rad, std::abs(std::remainder(change, 2.0 * M_PI)));
+  }
+  EXPECT_GT(largest_rad, 0.01) << "it turns";
 }
 
 /// The node drew its figure in the run, at half the rate of its motion: bones are where they were.

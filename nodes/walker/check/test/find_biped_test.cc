@@ -27,7 +27,7 @@ Link& joint(std::vector<Link>& links, const std::string& name) {
   return *std::ranges::find(links, name, &Link::joint);
 }
 
-/// Corners of the published soles, and of the feet's upper sides.
+/// Corners of the published soles, of the feet's upper sides, and a raised tip of the toes.
 ContactPoints contacts() {
   ContactPoints out;
   for (const std::string side : {"left", "right"}) {
@@ -36,6 +36,7 @@ ContactPoints contacts() {
       for (const double x : {-0.1, 0.13})
         for (const double y : {outer, inner}) out[side + "_foot"].push_back({x, y, z});
     }
+    out[side + "_foot"].push_back({0.2, 0.0, -0.085});
   }
   return out;
 }
