@@ -412,12 +412,33 @@ class Builder {
     return link.mimic_factor * leader->second + link.mimic_offset;
   }
 
+  /// Of links in without_geometry only what can be read.
+  void read_solids() {
+    solids_.emplace();
+    if (urdf_.empty()) return;
+    const auto read = [this](const std::vector<std::string>& links) {
+      solids_->merge(robot::link_solids(urdf_, links, entry_.chain.use_visual, mesh_paths()));
+    };
+    std::vector<std::string> needed, excused;
+    for (const std::string& link : order_)
+      (std::ranges::count(entry_.chain.without_geometry, link) > 0 ? excused : needed)
+          .push_back(link);
+    try {
+      read(needed);
+    } catch (const ConfigError& e) {
+      throw ConfigError(std::string(e.what()) + ", or its name in without_geometry");
+    }
+    for (const std::string& link : excused) {
+      try {
+        read({link});
+      } catch (const ConfigError&) {  // nothing of it is checked, which is said
+      }
+    }
+  }
+
   /// Empty if the link has no geometry.
   const std::vector<robot::Solid>& solids_of(const std::string& link) {
-    if (!solids_)
-      solids_ = urdf_.empty()
-                    ? Solids{}
-                    : robot::link_solids(urdf_, order_, entry_.chain.use_visual, mesh_paths());
+    if (!solids_) read_solids();
     return (*solids_)[link];
   }
 

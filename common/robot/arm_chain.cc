@@ -16,11 +16,8 @@ bool holds(const std::string& name, std::string_view part) {
   return std::search(name.begin(), name.end(), part.begin(), part.end(), same) != name.end();
 }
 
-bool is_finger(const Link& link) {
-  constexpr std::string_view kParts[] = {"finger", "gripper", "jaw", "knuckle", "thumb", "claw"};
-  return std::ranges::any_of(kParts, [&](std::string_view part) {
-    return holds(link.joint, part) || holds(link.name, part);
-  });
+bool is_called(const Link& link, std::string_view part) {
+  return holds(link.joint, part) || holds(link.name, part);
 }
 
 class ChainFinder {
@@ -62,11 +59,22 @@ class ChainFinder {
     return all;
   }
 
+  /// By its name. A "gripper" that carries more joints is the palm.
+  bool is_finger(int link) const {
+    constexpr std::string_view kFingers[] = {"finger", "jaw", "knuckle", "thumb", "claw"};
+    const Link& named = tree_.link(link);
+    if (std::ranges::any_of(kFingers, [&](auto part) { return is_called(named, part); }))
+      return true;
+    std::vector<int> moved;
+    fixed_to(link, moved);
+    return moved.empty() && is_called(named, "gripper");
+  }
+
   void follow(int link, int joints) {
     std::vector<int> moved;
     const std::vector<int> body = fixed_to(link, moved);
-    const bool hand = joints >= kLeastArm && !moved.empty() &&
-                      (moved.size() > 1 || is_finger(tree_.link(moved.front())));
+    const bool hand =
+        joints >= kLeastArm && !moved.empty() && (moved.size() > 1 || is_finger(moved.front()));
     if (hand) return ends_.push_back({tree_.link(moved.front()).parent, joints});
     if (moved.empty()) return ends_.push_back({tool_of(body), joints});
     for (const int next : moved) follow(next, joints + 1);

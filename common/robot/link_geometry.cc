@@ -63,6 +63,9 @@ std::shared_ptr<const TriangleMesh> read_mesh(const fs::path& file, const Vector
     if (begin == "version https://git-lfs")
       throw ConfigError("mesh '" + file.string() +
                         "' is a pointer of Git LFS, expected the mesh itself: git lfs pull");
+    std::error_code none;
+    if (fs::file_size(file, none) <= 84 && begin[0] == '\0')  // an STL file's header
+      throw ConfigError("mesh '" + file.string() + "' has no triangles, expected some");
     throw ConfigError("mesh '" + file.string() + "': " + importer.GetErrorString() +
                       ", expected STL, OBJ or Collada");
   }

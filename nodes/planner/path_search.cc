@@ -181,6 +181,22 @@ double path_length(std::span<const Eigen::VectorXd> waypoints) {
 
 namespace {
 
+/// What the straight motions touch most; empty if nothing is seen to.
+std::string on_the_straight_way(CollisionChecker& checker, const Eigen::VectorXd& start,
+                                std::span<const Eigen::VectorXd> goals) {
+  constexpr int kParts = 64;
+  std::map<std::string, int> touched;
+  for (const Eigen::VectorXd& goal : goals) {
+    for (int i = 1; i < kParts; ++i) {
+      const double share = static_cast<double>(i) / kParts;
+      if (const auto contact = checker.contact((1.0 - share) * start + share * goal))
+        ++touched[*contact];
+    }
+  }
+  const auto most = std::ranges::max_element(touched, {}, [](const auto& of) { return of.second; });
+  return touched.empty() ? "" : "; on the straight way " + most->first;
+}
+
 tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecker& checker,
                                          const Eigen::VectorXd& start,
                                          std::span<const Eigen::VectorXd> goals,
@@ -244,7 +260,8 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
                               {.max_branches = settings.max_branches, .seed = settings.seed});
     if (!path) {
       return tl::unexpected(interrupt.told() ? interrupt.reason()
-                                             : Status{"no path within the allowed effort"});
+                                             : Status{"no path within the allowed effort" +
+                                                      on_the_straight_way(checker, start, ends)});
     }
     found.waypoints = std::move(*path);
     found.by = FoundBy::trees;

@@ -268,6 +268,11 @@ TEST_F(FittedParts, SaysWhatIsWrong) {
   std::ofstream(urdf_folder() / "lfs.stl")
       << "version https://git-lfs.github.com/spec/v1\noid sha256:8\n";
   says(refusal(written(mesh("lfs.stl"))), "is a pointer of Git LFS");
+  std::ofstream(urdf_folder() / "header.stl")
+      << std::string(80, '\0');  // Kinova's EndEffector_Link
+  says(refusal(written(mesh("header.stl"))),
+       "header.stl' has no triangles, expected some, or its name in without_geometry");
+  EXPECT_EQ(refusal(written(mesh("header.stl"), ", without_geometry: [l2]")), "read");
   says(refusal(written(mesh("t.xyz"))), "expected STL, OBJ or Collada");
   says(refusal(written(mesh("torn.stl"))), "expected STL, OBJ or Collada");
   says(refusal(written(mesh("points.obj"))), "points.obj");

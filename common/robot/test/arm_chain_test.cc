@@ -68,6 +68,18 @@ TEST(ArmChain, TakesNoSingleJawForAJoint) {
   EXPECT_EQ(robot.find("", "Moving_Jaw").joints.size(), 6u) << "if it is asked for";
 }
 
+/// TheRobotStudio/SO-ARM100's SO100, Interbotix's ViperX.
+TEST(ArmChain, APalmIsNoFinger) {
+  Growing robot;
+  const int palm = robot.add(robot.chain(0, "l", 4), "gripper");
+  robot.add(palm, "jaw");
+  EXPECT_EQ(robot.find().tip, "gripper");
+  EXPECT_EQ(robot.find().joints.size(), 5u);
+  Growing other;
+  other.add(other.chain(0, "l", 5), "gripper");
+  EXPECT_EQ(other.find().tip, "l5");
+}
+
 TEST(ArmChain, EndsAtTheToolThatIsFixedToTheFlange) {
   Growing robot;
   const int flange = robot.chain(0, "l", 6);

@@ -282,9 +282,9 @@ std::string crowded_text(const kin::ArmModel& arm) {
   for (const auto& [pair, times] : touching) {
     if (times < all / 4 || std::ranges::count(arm.self_pairs, pair) == 0) continue;
     text += fmt::format(
-        "{} and {} touch in {} % of all postures, which no plan can pass; a smaller --fitted-m "
+        "{} and {} touch in {} % of all postures, which no plan can pass: a smaller --fitted-m "
         "fits "
-        "finer parts\n",
+        "finer parts; where the URDF's own shapes overlap, an SRDF leaves the pair out (--srdf)\n",
         arm.groups[static_cast<std::size_t>(pair.first)],
         arm.groups[static_cast<std::size_t>(pair.second)], 100 * times / all);
   }
@@ -349,6 +349,8 @@ int make(NewOptions o) {
     if (fs::exists(old) && !o.force)
       throw ConfigError(old + ": is there already, expected a new --name, or --force");
   }
+  std::error_code ignored;  // write() says what is wrong
+  fs::create_directories(o.folder, ignored);
   const fs::path draft = stem + ".draft.yaml";
   write(draft, arm_text(o, arm));
   model::CoveredArm covered;
