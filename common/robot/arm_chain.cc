@@ -36,7 +36,7 @@ class ChainFinder {
     if (longest.size() == 1) return longest.front().tip;
     std::vector<std::string> tips;
     for (const End& end : longest) tips.push_back('\'' + tree_.link(end.tip).name + '\'');
-    throw ConfigError(fmt::format("{}: {} chains of {} joints, expected as tip one of {}",
+    throw ConfigError(fmt::format("{}: {} chains of {} joints, expected as tip (--tip) one of {}",
                                   tree_.name(), longest.size(), most, fmt::join(tips, ", ")));
   }
 

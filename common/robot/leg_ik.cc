@@ -116,6 +116,7 @@ LegIk::LegIk(const Biped& biped, Side side) {
     const double c = t.dot(across), d = t.dot(axis.cross(s));
     straight_ = std::atan2(d, c);
     product_ = std::hypot(c, d);
+    lengths_2_ = t.squaredNorm() + s.squaredNorm() + 2.0 * t.dot(axis) * axis.dot(s);
   }
   constexpr double kNoLever_m2 = 1e-6;
   if (!(product_ > kNoLever_m2)) throw ConfigError(where + "expected a knee between hip and ankle");
@@ -278,6 +279,10 @@ LegIk::Result LegIk::search(const Isometry3d& X_BS, double least_bend_rad,
       const bool straightest = bend() < 0.5 * (least + most_bend_);
       found = straightest ? missing_m >= 0.0 : missing_m <= 0.0;
       if (found || ++releases > 2) break;
+      // Near straight the knee's effect on the distance is lost: begin where the distance is right.
+      const double cosine = (distance * distance - lengths_2_) / (2.0 * product_);
+      out.q[3] = straight_ +
+                 bends_ * std::clamp(std::acos(std::clamp(cosine, -1.0, 1.0)), least, most_bend_);
       held = false;
       at_end = 0;
       missing_m = 0.0;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 #include "common/error.h"
 #include "common/robot/solids.h"
@@ -64,7 +65,8 @@ std::shared_ptr<const TriangleMesh> read_mesh(const fs::path& file, const Vector
       throw ConfigError("mesh '" + file.string() +
                         "' is a pointer of Git LFS, expected the mesh itself: git lfs pull");
     std::error_code none;
-    if (fs::file_size(file, none) <= 84 && begin[0] == '\0')  // an STL file's header
+    const bool header = fs::file_size(file, none) <= 84 && begin[0] == '\0';  // of an STL file
+    if (header || std::string_view(importer.GetErrorString()).starts_with("No output meshes"))
       throw ConfigError("mesh '" + file.string() + "' has no triangles, expected some");
     throw ConfigError("mesh '" + file.string() + "': " + importer.GetErrorString() +
                       ", expected STL, OBJ or Collada");
@@ -93,10 +95,13 @@ void check_sizes(const Vector3d& v, const std::string& what) {
     throw ConfigError(what + ", expected lengths above 0, and below 100 m");
 }
 
-/// A box of size 0 0 0 marks a frame, as of Kinova's roots: it holds nothing.
+/// A box of size 0 0 0 marks a frame (Kinova's roots), a sphere of radius 0 a contact point (feet
+/// in Drake's models): they hold nothing.
 bool is_point(const urdf::Geometry& geometry) {
   const auto* box = dynamic_cast<const urdf::Box*>(&geometry);
-  return box != nullptr && vector_of(box->dim).isZero(0.0);
+  const auto* ball = dynamic_cast<const urdf::Sphere*>(&geometry);
+  return (box != nullptr && vector_of(box->dim).isZero(0.0)) ||
+         (ball != nullptr && ball->radius == 0.0);
 }
 
 Solid solid_of(const urdf::Pose& origin, const urdf::Geometry* geometry,

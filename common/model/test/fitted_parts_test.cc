@@ -252,6 +252,20 @@ TEST_F(FittedParts, MeshesOfAllFormatsAreTheSame) {
   EXPECT_NEAR(larger.links[2].over->solid_m3, 2e-3 / 6.0, 0.06e-3 / 6.0) << "and mirrored";
 }
 
+/// Boxes of no size mark frames, balls of no size contact points.
+TEST_F(FittedParts, MarksAreNoGeometry) {
+  const std::string marks =
+      "<collision><geometry><box size='0 0 0'/></geometry></collision><collision><geometry>"
+      "<sphere radius='0'/></geometry></collision>";
+  const kin::ArmModel with = load_arm(written(kRod + marks)), without = load_arm(written(kRod));
+  EXPECT_EQ(with.parts.size(), without.parts.size());
+  const std::string heavy =
+      "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' "
+      "ixz='0' iyz='0'/></inertial>";
+  EXPECT_NE(refusal(written(heavy + marks)).find("link 'l2' moves, and has mass, but no geometry"),
+            std::string::npos);
+}
+
 TEST_F(FittedParts, SaysWhatIsWrong) {
   std::ofstream(urdf_folder() / "t.stl") << kStl;
   std::ofstream(urdf_folder() / "points.obj") << "v 0 0 0\nv 1 0 0\np 1 2\n";
@@ -268,6 +282,8 @@ TEST_F(FittedParts, SaysWhatIsWrong) {
   std::ofstream(urdf_folder() / "lfs.stl")
       << "version https://git-lfs.github.com/spec/v1\noid sha256:8\n";
   says(refusal(written(mesh("lfs.stl"))), "is a pointer of Git LFS");
+  std::ofstream(urdf_folder() / "empty.stl") << "solid x\nendsolid x\n";
+  says(refusal(written(mesh("empty.stl"))), "empty.stl' has no triangles");
   std::ofstream(urdf_folder() / "header.stl")
       << std::string(80, '\0');  // Kinova's EndEffector_Link
   says(refusal(written(mesh("header.stl"))),

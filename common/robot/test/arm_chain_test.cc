@@ -96,7 +96,7 @@ TEST(ArmChain, OfTwoArmsOnATrunkOneIsAskedFor) {
   robot.chain(trunk, "head", 2);
   robot.chain(0, "leg", 6);
   EXPECT_EQ(robot.refusal(),
-            "robot: 2 chains of 8 joints, expected as tip one of 'left7', 'right7'");
+            "robot: 2 chains of 8 joints, expected as tip (--tip) one of 'left7', 'right7'");
   const ArmChain chain = robot.find("", "right7");
   EXPECT_EQ(chain.joints.size(), 8u);
   EXPECT_EQ(chain.fixed.size(), 7u + 2u + 6u);

@@ -145,6 +145,7 @@ std::vector<Triangle> surface(const TiXmlElement& geometry, const model::Covered
     add_rings({{r, -half}, {r, half}}, out);
   } else if (const auto* ball = geometry.FirstChildElement("sphere")) {
     const double r = numbers(ball, "radius", 1, NAN)[0];
+    if (r == 0.0) return out;  // marks a contact point
     std::vector<std::pair<double, double>> rings;
     for (int i = 0; i <= kSides / 2; ++i) {
       const double up = M_PI * (2.0 * i / kSides - 0.5);

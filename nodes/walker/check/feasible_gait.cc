@@ -90,6 +90,10 @@ GaitLoad load_of_gait(const robot::Biped& biped, const GaitSettings& gait, const
       continue;
     }
     const robot::Wrench ground = dynamics.inverse_dynamics(motion, torque);
+    if (!(ground.force.z() > 0.0)) {  // it would leave the ground: its legs jerk at their end
+      ++load.short_ticks;
+      continue;
+    }
     kinematics.update(motion.X_WB, motion.q);
     take_off_ground(biped, kinematics, ground, now.contact, jacobian, torque);
     for (const robot::Biped::Leg& leg : biped.leg) {
