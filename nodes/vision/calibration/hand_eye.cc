@@ -40,7 +40,10 @@ struct Solution {
 struct Sample {
   const ArmShot* shot;
   Isometry3d A;
-  Isometry3d X_CB;  ///< as the picture alone has it
+  BoardPose alone;  ///< X_CB, as the picture alone has it
+  /// 6 rows that make errors of its corners one of the board's pose, in deviations of camera and
+  /// arm; empty: corners count as they are.
+  Eigen::MatrixXd weight{};
 };
 using Samples = std::vector<Sample>;
 
@@ -73,7 +76,7 @@ Solution closed_form(const Samples& samples, bool free_size) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     for (std::size_t j = i + 1; j < samples.size(); ++j) {
       const Motion each{samples[j].A.inverse() * samples[i].A,
-                        samples[j].X_CB * samples[i].X_CB.inverse()};
+                        samples[j].alone.X_FB * samples[i].alone.X_FB.inverse()};
       const Vector3d a = math::log_so3(each.a.linear()), b = math::log_so3(each.b.linear());
       motions.push_back(each);
       if (a.norm() < kMostTurn && b.norm() < kMostTurn) m += a * b.transpose();
@@ -102,7 +105,7 @@ Solution closed_form(const Samples& samples, bool free_size) {
   Matrix3d turns = Matrix3d::Zero();
   Vector3d places = Vector3d::Zero();
   for (const Sample& s : samples) {
-    Isometry3d X_CB = s.X_CB;
+    Isometry3d X_CB = s.alone.X_FB;
     X_CB.translation() *= out.size;
     const Isometry3d Y = s.A * out.X * X_CB;
     turns += Y.linear();
@@ -119,9 +122,23 @@ struct Terms {
   Eigen::Matrix<double, Eigen::Dynamic, kAll> j;
 };
 
+using Six = Eigen::Matrix<double, 6, 6>;  // of a pose: shift, then turn
+
+/// Deviations of corners [px], and of an arm's poses along and about each axis of F [m, rad].
+struct Noise {
+  double px = 0.0, arm_m = 0.0, arm_rad = 0.0;
+};
+
+/// How corners tell the board's pose in C: 6 rows, and its covariance per px² of noise.
+struct BoardTold {
+  Eigen::MatrixXd pose_of;
+  Six covariance;
+};
+
 class Problem {
  public:
-  Problem(const Board& board, const image::Lens& lens) : board_(board), lens_(lens) {}
+  Problem(const Board& board, const image::Lens& lens, OnArm on_arm)
+      : board_(board), lens_(lens), on_arm_(on_arm) {}
 
   Isometry3d predicted(const Solution& fit, const Isometry3d& A) const {
     return (A * fit.X).inverse() * fit.Y;
@@ -129,10 +146,12 @@ class Problem {
 
   /// Empty if a corner is not before the camera.
   Eigen::VectorXd residuals(const Solution& fit, const Isometry3d& A, const Corners* seen) const {
-    const Isometry3d X_CB = predicted(fit, A);
+    return residuals(predicted(fit, A), fit.size, seen);
+  }
+  Eigen::VectorXd residuals(const Isometry3d& X_CB, double size, const Corners* seen) const {
     Eigen::VectorXd r(2 * static_cast<Eigen::Index>(board_.size()));
     for (std::size_t i = 0; i < board_.size(); ++i) {
-      const Vector3d p = X_CB * (fit.size * board_.point(i));
+      const Vector3d p = X_CB * (size * board_.point(i));
       if (!(p.z() > kNearest * p.norm())) return {};
       const Vector2d at = seen != nullptr ? (*seen)[i] : Vector2d::Zero();
       r.segment<2>(2 * static_cast<Eigen::Index>(i)) = lens_.project(p) - at;
@@ -155,29 +174,65 @@ class Problem {
     return out;
   }
 
-  /// Sum of squares [px²]; infinite if a corner is not before the camera.
-  double cost(const Solution& fit, const Samples& samples) const {
+  Terms weighted_terms(const Solution& fit, const Sample& s) const {
+    Terms out = terms(fit, s.A, &s.shot->seen);
+    if (s.weight.size() == 0) return out;
+    return {s.weight * out.r, s.weight * out.j};
+  }
+
+  BoardTold told_by_corners(const Isometry3d& X_CB, double size) const {
+    constexpr double kStep = 1e-6;
+    Eigen::MatrixXd g(2 * static_cast<Eigen::Index>(board_.size()), 6);
+    for (int k = 0; k < 6; ++k) {
+      Isometry3d up = X_CB, down = X_CB;
+      const Vector3d by = kStep * Vector3d::Unit(k % 3);
+      if (k < 3) {
+        up.translation() += by;
+        down.translation() -= by;
+      } else {
+        up.linear() = math::exp_so3(by) * X_CB.linear();
+        down.linear() = math::exp_so3(-by) * X_CB.linear();
+      }
+      g.col(k) = (residuals(up, size, nullptr) - residuals(down, size, nullptr)) / (2.0 * kStep);
+    }
+    const Six covariance = Six(g.transpose() * g).ldlt().solve(Six::Identity());
+    return {covariance * g.transpose(), covariance};
+  }
+
+  /// What an arm's shift and turn about F's origin do to the board's pose in C.
+  Six by_arm(const Solution& fit, const Isometry3d& A, const Isometry3d& X_CB) const {
+    const Isometry3d X_CF = on_arm_ == OnArm::camera ? fit.X.inverse() : (A * fit.X).inverse();
+    Six m = Six::Identity();
+    m.topRightCorner<3, 3>() = -math::hat(X_CB.translation() - X_CF.translation());
+    return m;
+  }
+
+  /// Sum of squares [px², or 1 by weights]; infinite if a corner is not before the camera.
+  double cost(const Solution& fit, const Samples& samples, bool weighted) const {
     double sum = 0.0;
     for (const Sample& s : samples) {
       const Eigen::VectorXd r = residuals(fit, s.A, &s.shot->seen);
       if (r.size() == 0) return kInfinite;
-      sum += r.squaredNorm();
+      sum += weighted && s.weight.size() > 0 ? (s.weight * r).squaredNorm() : r.squaredNorm();
     }
     return sum;
   }
-  double rms_px(double cost, std::size_t pictures) const {
-    return std::sqrt(cost / static_cast<double>(board_.size() * pictures));
+  double rms_px(double squares, std::size_t pictures) const {
+    return std::sqrt(squares / static_cast<double>(board_.size() * pictures));
+  }
+  double rms_px(const Solution& fit, const Samples& samples) const {
+    return rms_px(cost(fit, samples, false), samples.size());
   }
 
   /// Brings corners to where they are seen: Levenberg-Marquardt on the first `unknowns` of Step.
   Solution refined(Solution fit, const Samples& samples, int unknowns) const {
     constexpr int kMost = 60;
-    double now = cost(fit, samples), damping = 1e-4;
+    double now = cost(fit, samples, true), damping = 1e-4;
     for (int i = 0; i < kMost && std::isfinite(now); ++i) {
       Normal h = Normal::Zero();
       Step g = Step::Zero();
       for (const Sample& s : samples) {
-        const Terms t = terms(fit, s.A, &s.shot->seen);
+        const Terms t = weighted_terms(fit, s);
         h += t.j.transpose() * t.j;
         g += t.j.transpose() * t.r;
       }
@@ -186,7 +241,8 @@ class Problem {
       Step step = Step::Zero();
       step.head(unknowns) = -damped.ldlt().solve(g.head(unknowns));
       const Solution next = stepped(fit, step);
-      const double then = step.allFinite() && next.size > 0.0 ? cost(next, samples) : kInfinite;
+      const double then =
+          step.allFinite() && next.size > 0.0 ? cost(next, samples, true) : kInfinite;
       if (then < now) {
         const bool done = now - then < 1e-10 * now;
         fit = next;
@@ -216,6 +272,7 @@ class Problem {
   static constexpr double kNearest = 1e-3;  // cosine of the widest ray to the axis
   const Board& board_;
   const image::Lens& lens_;
+  OnArm on_arm_;
 };
 
 /// Inverse of what pictures tell of the first `unknowns`; nothing if they leave some
@@ -233,6 +290,76 @@ std::optional<Eigen::MatrixXd> inverse_of(const Normal& told, int unknowns) {
          scale.asDiagonal();
 }
 
+Six covariance_of(const Noise& noise, const Six& corners, const Six& by_arm) {
+  Eigen::Vector<double, 6> arm;
+  arm << Vector3d::Constant(noise.arm_m), Vector3d::Constant(noise.arm_rad);
+  return noise.px * noise.px * corners + by_arm * arm.cwiseAbs2().asDiagonal() * by_arm.transpose();
+}
+
+/// Rows that make errors of corners one of the pose with covariance 1.
+Eigen::MatrixXd weight_of(const Problem& problem, const Solution& fit, const Isometry3d& A,
+                          const Isometry3d& X_CB, const Noise& noise) {
+  const BoardTold told = problem.told_by_corners(X_CB, fit.size);
+  const Six s = covariance_of(noise, told.covariance, problem.by_arm(fit, A, X_CB));
+  return Eigen::LLT<Six>(s).matrixL().solve(told.pose_of);
+}
+
+/// Deviations of camera and arm: of the camera by the pictures alone, of the arm by restricted
+/// maximum likelihood (expectation-maximization on the poses' errors, linear about the fit).
+Noise noise_of(const Problem& problem, const Solution& fit, const Samples& samples) {
+  constexpr int kMost = 300;
+  constexpr double kLeast_px = 0.01, kLeast = 1e-7, kSettled = 1e-3;
+  struct Pose {
+    Eigen::Vector<double, 6> d;
+    Eigen::Matrix<double, 6, kRigid> b;
+    Six corners, by_arm;
+  };
+  std::vector<Pose> poses;
+  const auto corners = static_cast<double>(problem.board().size());
+  const auto n = static_cast<double>(samples.size());
+  Noise noise{0.0, 1e-3, 1e-3};
+  for (const Sample& s : samples) {
+    const Isometry3d& X_CB = s.alone.X_FB;
+    const BoardTold told = problem.told_by_corners(X_CB, fit.size);
+    const Terms t = problem.terms(fit, s.A, &s.shot->seen);
+    poses.push_back({told.pose_of * t.r, told.pose_of * t.j.leftCols(kRigid), told.covariance,
+                     problem.by_arm(fit, s.A, X_CB)});
+    noise.px += s.alone.rms_px * s.alone.rms_px * corners / (2.0 * corners - 6.0) / n;
+  }
+  noise.px = std::max(kLeast_px, std::sqrt(noise.px));
+  for (int i = 0; i < kMost; ++i) {
+    Normal told = Normal::Zero();
+    Eigen::Vector<double, kRigid> g = Eigen::Vector<double, kRigid>::Zero();
+    std::vector<Six> w;
+    for (const Pose& p : poses) {
+      w.push_back(covariance_of(noise, p.corners, p.by_arm).ldlt().solve(Six::Identity()));
+      told.topLeftCorner<kRigid, kRigid>() += p.b.transpose() * w.back() * p.b;
+      g += p.b.transpose() * w.back() * p.d;
+    }
+    const auto inverse = inverse_of(told, kRigid);
+    if (!inverse) break;
+    Eigen::Vector<double, 6> arm = Eigen::Vector<double, 6>::Zero(), prior;
+    prior << Vector3d::Constant(noise.arm_m * noise.arm_m),
+        Vector3d::Constant(noise.arm_rad * noise.arm_rad);
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const Pose& p = poses[k];
+      const Six gain = prior.asDiagonal() * p.by_arm.transpose() * w[k];
+      const Eigen::Vector<double, 6> e = gain * (p.d - p.b * (*inverse * g));
+      const Eigen::MatrixXd through = gain * p.b;
+      const Six left = Six(prior.asDiagonal()) - gain * p.by_arm * prior.asDiagonal();
+      arm +=
+          e.cwiseAbs2() + left.diagonal() + (through * *inverse * through.transpose()).diagonal();
+    }
+    const Noise before = noise;
+    noise.arm_m = std::max(kLeast, std::sqrt(arm.head<3>().sum() / (3.0 * n)));
+    noise.arm_rad = std::max(kLeast, std::sqrt(arm.tail<3>().sum() / (3.0 * n)));
+    const bool settled = std::abs(noise.arm_m / before.arm_m - 1.0) < kSettled &&
+                         std::abs(noise.arm_rad / before.arm_rad - 1.0) < kSettled;
+    if (settled) break;
+  }
+  return noise;
+}
+
 /// A fit with its deviations, and how each picture fits what the others say.
 struct Judged {
   Step sigma = Step::Constant(kInfinite);
@@ -243,25 +370,28 @@ struct Judged {
 Judged judged(const Problem& problem, const Solution& fit, const Samples& samples, int unknowns) {
   Judged out;
   std::vector<Terms> terms;
-  double cost = 0.0;
+  double cost = 0.0, rows = 0.0;
   for (const Sample& s : samples) {
-    terms.push_back(problem.terms(fit, s.A, &s.shot->seen));
+    terms.push_back(problem.weighted_terms(fit, s));
     out.told += terms.back().j.transpose() * terms.back().j;
     cost += terms.back().r.squaredNorm();
+    rows += static_cast<double>(terms.back().r.size());
   }
   const auto n = static_cast<double>(samples.size());
-  const double freedom = n * 2.0 * static_cast<double>(problem.board().size()) - unknowns;
   const auto inverse = inverse_of(out.told, unknowns);
-  if (inverse) out.sigma.head(unknowns) = (cost / freedom * inverse->diagonal()).cwiseSqrt();
+  if (inverse)
+    out.sigma.head(unknowns) = (cost / (rows - unknowns) * inverse->diagonal()).cwiseSqrt();
   // Each picture left out: one Gauss-Newton step from the fit of all.
   std::vector<Eigen::VectorXd> steps;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(unknowns);
-  for (const Terms& t : terms) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Terms& t = terms[i];
     const auto rest = inverse_of(out.told - t.j.transpose() * t.j, unknowns);
     Eigen::VectorXd step = Eigen::VectorXd::Constant(unknowns, kInfinite);
     if (rest) step = *rest * (t.j.leftCols(unknowns).transpose() * t.r);
-    const double squares =
-        rest ? (t.r + t.j.leftCols(unknowns) * step).squaredNorm() : t.r.squaredNorm();
+    const Terms corners = problem.terms(fit, samples[i].A, &samples[i].shot->seen);
+    const double squares = rest ? (corners.r + corners.j.leftCols(unknowns) * step).squaredNorm()
+                                : corners.r.squaredNorm();
     out.held_out_px.push_back(problem.rms_px(squares, 1));
     steps.push_back(step);
     mean += step / n;
@@ -286,12 +416,13 @@ std::string unbounded(const Board& board, const Samples& samples) {
   double most = 0.0, way_m = 0.0, count = 0.0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     for (std::size_t j = i + 1; j < samples.size(); ++j, ++count) {
-      const Vector3d b =
-          math::log_so3(Matrix3d(samples[j].X_CB.linear() * samples[i].X_CB.linear().transpose()));
+      const Vector3d b = math::log_so3(
+          Matrix3d(samples[j].alone.X_FB.linear() * samples[i].alone.X_FB.linear().transpose()));
       scatter += b * b.transpose();
       most = std::max(most, b.norm());
       way_m = std::max(
-          way_m, (samples[j].X_CB * board.middle() - samples[i].X_CB * board.middle()).norm());
+          way_m,
+          (samples[j].alone.X_FB * board.middle() - samples[i].alone.X_FB * board.middle()).norm());
     }
   }
   if (most < kLeastTurn && way_m < kLeast_m)
@@ -320,7 +451,7 @@ std::string unbounded(const Board& board, const Samples& samples) {
 
 /// Which further view would narrow X_camera most.
 std::string best_pose(const Problem& problem, const Solution& fit, const Normal& told,
-                      double distance_m) {
+                      const Noise& noise, double distance_m) {
   constexpr double kTurn = 35.0;
   std::string best;
   double least = kInfinite;
@@ -333,8 +464,10 @@ std::string best_pose(const Problem& problem, const Solution& fit, const Normal&
     X_CB.translation() = Vector3d(0.0, 0.0, away) - X_CB.linear() * problem.board().middle();
     const Isometry3d A = fit.Y * X_CB.inverse() * fit.X.inverse();
     const Terms t = problem.terms(fit, A, nullptr);
-    const auto inverse = inverse_of(told + t.j.transpose() * t.j, kRigid);
-    if (!inverse || !problem.in_picture(t.r)) continue;
+    if (!problem.in_picture(t.r)) continue;
+    const Eigen::MatrixXd j = weight_of(problem, fit, A, X_CB, noise) * t.j;
+    const auto inverse = inverse_of(told + j.transpose() * j, kRigid);
+    if (!inverse) continue;
     const double left = inverse->diagonal().head<3>().sum() / (distance_m * distance_m) +
                         inverse->diagonal().segment<3>(3).sum();
     if (left >= least) continue;
@@ -354,21 +487,21 @@ struct Guess {
 };
 
 Samples samples_of(const Guess& guess, OnArm on_arm, const std::vector<ArmShot>& shots,
-                   const std::vector<Isometry3d>& X_CB) {
+                   const std::vector<BoardPose>& alone) {
   Samples out;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     const auto row = static_cast<std::ptrdiff_t>(shots[i].row) + guess.shift;
     if (row < 0 || row >= std::ssize(guess.reading->X_WF)) continue;
     const Isometry3d& X_WF = guess.reading->X_WF[static_cast<std::size_t>(row)];
     const bool inverse = (on_arm == OnArm::board) != guess.turned;
-    out.push_back({&shots[i], inverse ? X_WF.inverse() : X_WF, X_CB[i]});
+    out.push_back({&shots[i], inverse ? X_WF.inverse() : X_WF, alone[i], {}});
   }
   return out;
 }
 
 /// What a factor between the arm's lengths and the board's says.
 std::string size_text(const Board& board, double size) {
-  constexpr double kUnit = kBound;
+  constexpr double kUnit = 0.1;
   const auto near = [size](double value) { return std::abs(size / value - 1.0) < kUnit; };
   if (near(1000.0)) return "the positions are in mm, not in m";
   if (near(0.001)) return "the positions are in m, not in mm";
@@ -379,7 +512,7 @@ std::string size_text(const Board& board, double size) {
 
 /// The reading that fits ten times better than the given one, in words; empty if none does.
 std::string better_reading(const Problem& problem, OnArm on_arm, const std::vector<ArmShot>& shots,
-                           const std::vector<Isometry3d>& X_CB,
+                           const std::vector<BoardPose>& alone,
                            std::span<const PoseReading> readings, double given_px) {
   constexpr double kTimes = 10.0;
   struct Tried {
@@ -391,7 +524,7 @@ std::string better_reading(const Problem& problem, OnArm on_arm, const std::vect
     for (const bool turned : {false, true}) {
       for (const int shift : {0, 1, -1}) {
         const Guess guess{&reading, turned, shift};
-        Samples samples = samples_of(guess, on_arm, shots, X_CB);
+        Samples samples = samples_of(guess, on_arm, shots, alone);
         if (samples.size() < kFewestPoses) continue;
         Solution fit = closed_form(samples, true);
         const double size = fit.size;
@@ -401,7 +534,7 @@ std::string better_reading(const Problem& problem, OnArm on_arm, const std::vect
         fit.Y.translation() /= size;
         fit.size = 1.0;
         fit = problem.refined(fit, samples, kAll);
-        const double rms = problem.rms_px(problem.cost(fit, samples), samples.size());
+        const double rms = problem.rms_px(fit, samples);
         if (std::isfinite(rms)) tried.push_back({guess, rms, size * fit.size});
       }
     }
@@ -438,7 +571,7 @@ double turn_error(const Samples& samples) {
         return math::log_so3(Matrix3d(a.linear().transpose() * b.linear())).norm();
       };
       const double off = turn(samples[i].A, samples[j].A) -
-                         turn(samples[i].X_CB.inverse(), samples[j].X_CB.inverse());
+                         turn(samples[i].alone.X_FB.inverse(), samples[j].alone.X_FB.inverse());
       squares += off * off;
     }
   }
@@ -457,11 +590,11 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
                                                  OnArm on_arm, std::vector<ArmShot> shots,
                                                  std::span<const PoseReading> readings) {
   // An arm's own errors stay below the first. The second is a picture that nobody predicts.
-  constexpr double kSuspect_px = 2.0, kLeastBad_px = 1.0, kTimesMedian = 4.0;
+  constexpr double kSuspect_px = 2.0, kLeastBad_px = 1.0, kTimesUsual = 6.0;
   constexpr double kSizeSigmas = 4.0, kMost_px = 20.0;
   MIMESIS_ASSERT(!readings.empty());
   const auto refuse = [](std::string why) { return tl::unexpected(Status{std::move(why)}); };
-  const Problem problem(board, lens);
+  const Problem problem(board, lens, on_arm);
   const image::Camera camera(lens, Matrix3d::Identity(), Vector3d::Zero());
   const std::size_t given = shots.size();
   HandEye out;
@@ -471,25 +604,32 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
           fmt::format("{} of {} pictures are of use, expected {} or more, best {} and more",
                       shots.size(), given, kFewestPoses, kEnoughPoses));
     }
-    std::vector<Isometry3d> X_CB;
+    std::vector<BoardPose> alone;
     double distance_m = 0.0;
     for (const ArmShot& shot : shots) {
       MIMESIS_ASSERT(shot.seen.size() == board.size() && shot.row < readings[0].X_WF.size());
-      X_CB.push_back(locate_board(board, {&camera, 1}, {&shot.seen, 1}).X_FB);
-      distance_m += (X_CB.back() * board.middle()).norm() / static_cast<double>(shots.size());
+      alone.push_back(locate_board(board, {&camera, 1}, {&shot.seen, 1}));
+      distance_m += (alone.back().X_FB * board.middle()).norm() / static_cast<double>(shots.size());
     }
-    const Samples samples = samples_of({&readings[0], false, 0}, on_arm, shots, X_CB);
+    Samples samples = samples_of({&readings[0], false, 0}, on_arm, shots, alone);
     if (std::string why = unbounded(board, samples); !why.empty()) return refuse(why);
-    const Solution fit = problem.refined(closed_form(samples, false), samples, kRigid);
-    out.rms_px = problem.rms_px(problem.cost(fit, samples), samples.size());
+    Solution fit = problem.refined(closed_form(samples, false), samples, kRigid);
+    out.rms_px = problem.rms_px(fit, samples);
     if (!(out.rms_px < kSuspect_px)) {
-      std::string why = better_reading(problem, on_arm, shots, X_CB, readings, out.rms_px);
+      std::string why = better_reading(problem, on_arm, shots, alone, readings, out.rms_px);
       if (!why.empty()) return refuse(why);
+    }
+    Noise noise{kLeastBad_px, 0.0, 0.0};
+    for (int i = 0; std::isfinite(out.rms_px) && i < 3; ++i) {
+      noise = noise_of(problem, fit, samples);
+      for (Sample& s : samples) s.weight = weight_of(problem, fit, s.A, s.alone.X_FB, noise);
+      fit = problem.refined(fit, samples, kRigid);
+      out.rms_px = problem.rms_px(fit, samples);
     }
     const Judged known = judged(problem, fit, samples, kRigid);
     const auto worst = std::ranges::max_element(known.held_out_px);
     const double usual = middle_value(known.held_out_px);
-    if (std::isfinite(out.rms_px) && *worst > std::max(kTimesMedian * usual, kLeastBad_px)) {
+    if (std::isfinite(out.rms_px) && *worst > std::max(kTimesUsual * usual, kLeastBad_px)) {
       const auto at = worst - known.held_out_px.begin();
       out.rejected.push_back(
           {shots[static_cast<std::size_t>(at)].name,
@@ -526,7 +666,9 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
     out.X_board = fit.Y;
     out.position_sigma_m = known.sigma.segment<3>(0);
     out.rotation_sigma_rad = known.sigma.segment<3>(3);
-    out.helps = best_pose(problem, fit, known.told, distance_m);
+    out.arm_sigma_m = noise.arm_m;
+    out.arm_sigma_rad = noise.arm_rad;
+    out.helps = best_pose(problem, fit, known.told, noise, distance_m);
     if (!(out.position_2sigma_m() <= kBound * distance_m && out.rotation_2sigma_rad() <= kBound)) {
       return refuse(fmt::format(
           "these motions do not bound where the camera is: 2 sigma {:.2g} m and {:.2g}°, expected "
@@ -538,7 +680,7 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const Sample& s = samples[i];
       const double squares = problem.residuals(fit, s.A, &s.shot->seen).squaredNorm();
-      const Vector3d middle_C = s.X_CB * board.middle();
+      const Vector3d middle_C = s.alone.X_FB * board.middle();
       out.fits.push_back({s.shot->name, problem.rms_px(squares, 1), known.held_out_px[i],
                           middle_C.norm(),
                           (problem.predicted(fit, s.A) * board.middle() - middle_C).norm()});

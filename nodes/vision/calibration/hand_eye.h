@@ -45,10 +45,11 @@ struct HandEye {
   Eigen::Isometry3d X_camera = Eigen::Isometry3d::Identity();  ///< X_FC, or X_WC: board on the arm
   Eigen::Isometry3d X_board = Eigen::Isometry3d::Identity();   ///< X_WB, or X_FB: board on the arm
   /// Standard deviations of X_camera along and about the axes of F (W: board on the arm): those of
-  /// the least squares with the residuals as noise, or of the jackknife over the pictures if that
-  /// is larger, since an arm that errs moves all corners of a picture.
+  /// the least squares, or of the jackknife over the pictures if that is larger.
   Eigen::Vector3d position_sigma_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation_sigma_rad = Eigen::Vector3d::Zero();
+  /// How the arm errs, as the pictures tell: deviation of its poses along and about each axis of F.
+  double arm_sigma_m = 0.0, arm_sigma_rad = 0.0;
   /// Size of the squares by the arm's motions, over the one that was said, and its deviation [1].
   double square_ratio = 1.0, square_ratio_sigma = 0.0;
   double rms_px = 0.0;
@@ -65,7 +66,10 @@ struct HandEye {
 /// The rotation begins with that which turns the axes of the camera's motions onto the arm's (Park
 /// and Martin, IEEE T-RA 10(5), 1994; by Kabsch's method, which needs two axes only), the positions
 /// with linear least squares; then corners are brought to where the pictures have them
-/// (Levenberg-Marquardt on all corners). A picture that the others do not predict is rejected.
+/// (Levenberg-Marquardt). Corners of a picture err together if the arm errs, so that each picture
+/// counts by what its corners tell of the board's pose (6 numbers, with their covariance) and by
+/// the arm's deviations, which are estimated with it (restricted maximum likelihood). A picture
+/// that the others do not predict is rejected.
 /// @param readings the poses as they are meant; behind them other readings, which are tried if
 ///   these do not fit, as are poses that are the other way round or belong to the picture before or
 ///   after, and another unit of length or size of the squares

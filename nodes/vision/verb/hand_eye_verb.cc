@@ -113,6 +113,8 @@ Json pose_report(const vision::HandEye& found, const std::vector<vision::Rejecte
            {"board_orientation", turn_of(found.X_board)},
            {"square_ratio", found.square_ratio},
            {"square_ratio_2sigma", 2.0 * found.square_ratio_sigma},
+           {"arm_sigma_m", found.arm_sigma_m},
+           {"arm_sigma_rad", found.arm_sigma_rad},
            {"rms_px", found.rms_px},
            {"rms_m", found.rms_px * pixel_m},
            {"pictures", Json::array()},
@@ -145,8 +147,11 @@ void print_poses(const vision::HandEye& found, const Json& report) {
       "  orientation w x y z ({:.6f}, {:.6f}, {:.6f}, {:.6f}), 2 sigma ({:.2g}, {:.2g}, {:.2g})°\n",
       found.rms_px, 1e3 * report["rms_m"].get<double>(), report["frame"].get<std::string>(), p.x(),
       p.y(), p.z(), s.x(), s.y(), s.z(), q.w(), q.x(), q.y(), q.z(), r.x(), r.y(), r.z());
-  std::cout << fmt::format("squares by the arm's motions: {:.4f} ± {:.2g} of what was said\n",
-                           found.square_ratio, 2.0 * found.square_ratio_sigma);
+  std::cout << fmt::format(
+      "the arm errs by {:.2g} mm and {:.2g}° along and about each axis (1 sigma)\n"
+      "squares by the arm's motions: {:.4f} ± {:.2g} of what was said\n",
+      1e3 * found.arm_sigma_m, found.arm_sigma_rad / kDegree, found.square_ratio,
+      2.0 * found.square_ratio_sigma);
   for (const Json& each : report["rejected"]) {
     std::cout << fmt::format("rejected {}: {}\n", each["name"].get<std::string>(),
                              each["reason"].get<std::string>());
