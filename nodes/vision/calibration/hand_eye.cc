@@ -510,11 +510,11 @@ std::string size_text(const Board& board, double size) {
                      1e3 * board.square_m);
 }
 
-/// The reading that fits ten times better than the given one, in words; empty if none does.
+/// The reading that fits five times better than the given one, in words; empty if none does.
 std::string better_reading(const Problem& problem, OnArm on_arm, const std::vector<ArmShot>& shots,
                            const std::vector<BoardPose>& alone,
                            std::span<const PoseReading> readings, double given_px) {
-  constexpr double kTimes = 10.0;
+  constexpr double kTimes = 5.0;
   struct Tried {
     Guess guess;
     double rms_px, size;
@@ -615,8 +615,9 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
     if (std::string why = unbounded(board, samples); !why.empty()) return refuse(why);
     Solution fit = problem.refined(closed_form(samples, false), samples, kRigid);
     out.rms_px = problem.rms_px(fit, samples);
-    if (!(out.rms_px < kSuspect_px)) {
-      std::string why = better_reading(problem, on_arm, shots, alone, readings, out.rms_px);
+    const double given_px = out.rms_px;  // of corners alone
+    if (!(given_px < kSuspect_px)) {
+      std::string why = better_reading(problem, on_arm, shots, alone, readings, given_px);
       if (!why.empty()) return refuse(why);
     }
     Noise noise{kLeastBad_px, 0.0, 0.0};
@@ -644,12 +645,12 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
       }
       continue;
     }
-    if (!(out.rms_px < kMost_px)) {
+    if (!(given_px < kMost_px)) {
       return refuse(fmt::format(
           "poses and pictures contradict each other: {}, the arm's turns differ by {:.1f}° (rms) "
           "from those that the pictures show; no other reading of the poses fits better",
-          std::isfinite(out.rms_px) ? fmt::format("{:.0f} px (rms)", out.rms_px)
-                                    : std::string("the board would be behind the camera"),
+          std::isfinite(given_px) ? fmt::format("{:.0f} px (rms)", given_px)
+                                  : std::string("the board would be behind the camera"),
           turn_error(samples) / kDegree));
     }
     const Solution sized = problem.refined(fit, samples, kAll);

@@ -76,7 +76,7 @@ struct HandEye {
 /// @returns a reason if there are fewer than 4 pictures, if the motions do not bound the result (no
 ///   motion, no turn, turns about one axis, 2 sigma above 2 % of the board's distance or 0.02 rad),
 ///   if a third of the pictures contradict the others, if the arm's motions make the squares 2 %
-///   and four deviations larger or smaller, or if another reading fits ten times better, by its
+///   and four deviations larger or smaller, or if another reading fits five times better, by its
 ///   name
 tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image::Lens& lens,
                                                  OnArm on_arm, std::vector<ArmShot> shots,
