@@ -149,6 +149,9 @@ Machine load_machine(const std::string& file) {
          .offset_rad = joint.offset_rad,
          .stop_bit = joint.stop_bit,
          .accept = joint.accept});
+    if (!joint.eds.empty() && joints.drives != "cia402")
+      refuse(where + ".eds",
+             "drives of kind " + joints.drives + " are not CANopen's, and have none");
     machine.eds.push_back(joint.eds);
     narrow(joints.limits, joint, k);
     const JointLimits& l = joints.limits;
