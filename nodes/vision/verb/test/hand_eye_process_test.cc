@@ -143,6 +143,46 @@ TEST_F(HandEyeVerb, MistakesOfPeopleAreToldInOneLine) {
   says(table(kNames), 2, "no camera 'top'", {"--camera", "top"});
 }
 
+/// An arm by its own kinematics holds the board before a camera that stands.
+TEST_F(HandEyeVerb, FindsTheCameraBeforeAnArmByItsJoints) {
+  const kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  const image::Lens lens = model::load_rig(at("rig.yaml")).cameras[0].camera.lens();
+  const vision::TrueCamera camera{lens.width_px, lens.height_px, lens.fx_px,     lens.fy_px,
+                                  lens.cx_px,    lens.cy_px,     lens.distortion};
+  const Isometry3d X_FB = pose_at({0.01, 0.02, 0.05}, {0.1, 0.2, 0.4});
+  Isometry3d place = pose_at({0.0, 0.0, 0.5}, {0.1, -0.1, 0.2});
+  place.translation() -= place.linear() * board_.middle();
+  const Isometry3d X_WC = kin::end_effector(arm, arm.home) * X_FB * place.inverse();
+  std::mt19937 random(77);
+  std::uniform_real_distribution<double> by(-0.4, 0.4);
+  std::string table = "picture";
+  for (int i = 1; i <= 7; ++i) table += "\tA" + std::to_string(i) + "_deg";
+  for (int i = 0; i < 12;) {
+    Eigen::VectorXd q = arm.home;
+    for (int k = 0; k < 7; ++k) q[k] += by(random);
+    const Isometry3d X_CB = X_WC.inverse() * kin::end_effector(arm, q) * X_FB;
+    if (!vision::holds(camera, board_, X_CB) || X_CB.linear()(2, 2) < 0.7) continue;
+    const std::string file = "arm" + std::to_string(i++) + ".png";
+    ASSERT_TRUE(
+        image::write_png(folder_ / file, vision::board_picture(camera, board_, X_CB, 2.0, random)));
+    table += "\n" + file;
+    for (int k = 0; k < 7; ++k) table += "\t" + std::to_string(q[k] * 180.0 / std::numbers::pi);
+  }
+  const std::vector<std::string> board_on_arm{"--on-arm",  "board", "--arm",
+                                              "lwr4.yaml", "-o",    at("before.yaml")};
+  ASSERT_EQ(run(table, board_on_arm), 0) << errors_;
+  EXPECT_NE(output_.find("camera in the base: position ("), std::string::npos) << output_;
+  const image::Rig rig = model::load_rig(at("before.yaml"));
+  EXPECT_EQ(rig.frame, image::Rig::Frame::base);
+  EXPECT_LT((rig.cameras[0].camera.eye() - X_WC.translation()).norm(), 2e-3);
+  EXPECT_LT((rig.cameras[0].camera.R_CT().transpose() - X_WC.linear()).norm(), 5e-3);
+  // The same numbers as radians are beyond the joints' limits.
+  for (std::size_t i; (i = table.find("_deg")) != std::string::npos;) table.replace(i, 4, "_rad");
+  EXPECT_EQ(run(table, board_on_arm), 2);
+  EXPECT_NE(errors_.find("if these are degrees, name the columns A1_deg"), std::string::npos)
+      << errors_;
+}
+
 std::string refusal_of(const std::string& text, const kin::ArmModel* arm = nullptr) {
   return testing::refusal([&] { read_arm_poses(text, "t.csv", arm); });
 }
