@@ -230,6 +230,8 @@ TEST_F(Hw, CheckComparesDrivesWithTheirDescriptions) {
   ASSERT_EQ(check("", {"--drives", "--graph", graph_.name()}), 1) << errors_;
   EXPECT_EQ(json()["drives"][0]["found"][0]["what"],
             "1018:02 (product): the drive says 0x1, its file 0x65520000");
+  ASSERT_EQ(check("", {"--drives", "--graph", graph_.name() + "-none", "--timeout", "0.1"}), 3);
+  EXPECT_EQ(errors_, "node 3 did not answer within 0.1 s\n");
   // What it lacks by its description, and what its axis accepts.
   std::erase_if(entries, [](const eds_text::Entry& e) { return e.object.index == 0x6007; });
   write("1");
