@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "common/image/image.h"
+#include "common/json_text.h"
 #include "common/model/files.h"
 #include "common/model/rig_file.h"
 #include "nodes/vision/verb/calibrate_tools.h"
@@ -50,6 +51,7 @@ Seen boards(const vision::Board& board, const image::Camera& camera, const ArmPo
   Seen out;
   for (std::size_t row = 0; row < poses.files.size(); ++row) {
     const std::string file = (fs::path(table).parent_path() / poses.files[row]).string();
+    const std::string name = printable(poses.files[row]);
     const auto picture = image::read_image(file);
     if (!picture)
       throw ConfigError(fmt::format("{}:{}: {}", table, poses.lines[row], picture.error().reason));
@@ -60,11 +62,11 @@ Seen boards(const vision::Board& board, const image::Camera& camera, const ArmPo
     }
     auto found = vision::find_board(*picture, board);
     if (found) {
-      out.shots.push_back({poses.files[row], row, std::move(found->corners)});
+      out.shots.push_back({name, row, std::move(found->corners)});
       continue;
     }
-    out.rejected.push_back({poses.files[row], fmt::format("no whole board of {}x{} inner corners",
-                                                          board.columns, board.rows)});
+    out.rejected.push_back(
+        {name, fmt::format("no whole board of {}x{} inner corners", board.columns, board.rows)});
     if (!out.shots.empty() || out.rejected.size() < std::min(kDoubt, poses.files.size())) continue;
     const auto shown = vision::board_size_in(*picture);
     throw ConfigError(fmt::format(
@@ -206,7 +208,7 @@ int hand_eye(const HandEyeOptions& options) {
     write_rig(options.out, rig);
     report["file"] = options.out;
   }
-  options.json ? void(std::cout << report.dump() << '\n') : print_poses(*found, report);
+  options.json ? void(std::cout << json_text(report) << '\n') : print_poses(*found, report);
   if (!options.json && !options.out.empty()) std::cout << "written: " << options.out << '\n';
   return 0;
 }

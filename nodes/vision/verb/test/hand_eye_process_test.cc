@@ -117,6 +117,11 @@ TEST_F(HandEyeVerb, FindsTheCameraOnTheArm) {
   ASSERT_TRUE(image::write_png(folder_ / "grey.png", grey));
   EXPECT_EQ(run(table(kNames) + "\r\ngrey.png;0;0;0;1;0;0;0\r\n"), 0) << errors_;
   EXPECT_NE(output_.find("rejected grey.png: no whole board of 8x5"), std::string::npos) << output_;
+  // Names of others are shown, never obeyed: no UTF-8, and what moves a terminal's cursor.
+  const std::string odd = "gr\xFC\x1B[2J.png";
+  fs::copy(folder_ / "grey.png", folder_ / odd);
+  ASSERT_EQ(run(table(kNames) + "\r\n" + odd + ";0;0;0;1;0;0;0", {"--json"}), 0) << errors_;
+  EXPECT_EQ(nlohmann::json::parse(output_)["rejected"][0]["name"], "gr\\u00fc\\u001b[2J.png");
 }
 
 TEST_F(HandEyeVerb, MistakesOfPeopleAreToldInOneLine) {
