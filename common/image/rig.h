@@ -135,16 +135,20 @@ struct RigCamera {
 
 /// Cameras that were calibrated together.
 struct Rig {
-  enum class Frame { camera, table };
+  enum class Frame { camera, table, flange, base };
 
   std::string date;   ///< of the calibration, YYYY-MM-DD
   std::string board;  ///< words: "9x6 corners, squares of 25 mm"
-  /// T of the poses: the table's, or the first camera's (x right, y down, z forward) before
-  /// `mimesis calibrate table` has seen the table.
+  /// T of the poses: the first camera's (x right, y down, z forward), or that in which it was
+  /// placed: the table's by `mimesis calibrate table`; by `mimesis calibrate hand-eye` that of an
+  /// arm's poses: its flange, which carries the cameras, or its base.
   Frame frame = Frame::camera;
   int pictures = 0;          ///< pairs (or pictures of a single camera) that were used
   double epipolar_px = 0.0;  ///< held out, mean per side; 0 with one camera
   std::vector<RigCamera> cameras;
+  /// Of hand-eye: 2 sigma of the first camera's place, along and about the axes of the frame.
+  Eigen::Vector3d position_2sigma_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation_2sigma_rad = Eigen::Vector3d::Zero();
 
   /// Camera of this name; null if there is none.
   const RigCamera* find(const std::string& name) const;

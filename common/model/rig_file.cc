@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <vector>
@@ -17,6 +19,7 @@ namespace {
 using runtime::ParamVisitor;
 
 constexpr std::string_view kFormat = "mimesis-rig-1";
+constexpr std::array kFrames{"camera", "table", "flange", "base"};  // of image::Rig::Frame
 
 struct CameraEntry {
   std::string name;
@@ -43,13 +46,18 @@ struct CameraEntry {
 struct RigFile {
   std::string format, frame;
   image::Rig rig;
+  std::vector<double> position_2sigma_m, rotation_2sigma_rad;
   std::vector<CameraEntry> cameras;
 
   void visit(ParamVisitor& v) {
     v("format", format, {kFormat});
     v("date", rig.date);
     v("board", rig.board);
-    v("frame", frame, {"camera", "table"});
+    v("frame", frame, {kFrames[0], kFrames[1], kFrames[2], kFrames[3]});
+    if (frame == "flange" || frame == "base") {
+      v("position_2sigma_m", position_2sigma_m, 0.0, 100.0, 3);
+      v("rotation_2sigma_rad", rotation_2sigma_rad, 0.0, 10.0, 3);
+    }
     v("pictures", rig.pictures, 1, 1000000);
     v("epipolar_px", rig.epipolar_px, 0.0, 100.0);
     list(v, "cameras", cameras);
@@ -93,7 +101,12 @@ image::Rig read_rig(const runtime::ParamSource& source) {
   source.read("", [&read](ParamVisitor& v) { read.visit(v); });
   check(read, source);
   image::Rig rig = read.rig;
-  rig.frame = read.frame == "table" ? image::Rig::Frame::table : image::Rig::Frame::camera;
+  const auto frame = std::ranges::find(kFrames, read.frame) - kFrames.begin();
+  rig.frame = static_cast<image::Rig::Frame>(frame);
+  if (!read.position_2sigma_m.empty()) {
+    rig.position_2sigma_m = Eigen::Vector3d::Map(read.position_2sigma_m.data());
+    rig.rotation_2sigma_rad = Eigen::Vector3d::Map(read.rotation_2sigma_rad.data());
+  }
   for (std::size_t i = 0; i < read.cameras.size(); ++i) {
     const CameraEntry& c = read.cameras[i];
     const Eigen::Vector4d q = Eigen::Vector4d::Map(c.orientation.data()).normalized();
@@ -138,8 +151,11 @@ image::Rig parse_rig(const std::string& text, const std::string& name) {
 std::string rig_text(const image::Rig& rig) {
   RigFile file;
   file.format = kFormat;
-  file.frame = rig.frame == image::Rig::Frame::table ? "table" : "camera";
+  file.frame = kFrames.at(static_cast<std::size_t>(rig.frame));
   file.rig = rig;
+  const auto of = [](const Eigen::Vector3d& x) { return std::vector{x.x(), x.y(), x.z()}; };
+  file.position_2sigma_m = of(rig.position_2sigma_m);
+  file.rotation_2sigma_rad = of(rig.rotation_2sigma_rad);
   for (const image::RigCamera& c : rig.cameras) {
     const image::Lens& lens = c.camera.lens();
     const Eigen::Vector3d& p = c.camera.eye();

@@ -41,6 +41,7 @@ struct MachineJoint {
   double j_max_rad_s3 = 0.0;  // 0: no limit
   int stop_bit = -1;
   std::vector<std::string> accept{};
+  std::string eds;
 
   void visit(runtime::ParamVisitor& v) {
     v("name", name);
@@ -58,6 +59,7 @@ struct MachineJoint {
     v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9);
     v("stop_bit", stop_bit, -1, 31);
     v("accept", accept);
+    v.file("eds", eds, "EDS or DCF of the drive");
   }
 };
 
@@ -147,6 +149,10 @@ Machine load_machine(const std::string& file) {
          .offset_rad = joint.offset_rad,
          .stop_bit = joint.stop_bit,
          .accept = joint.accept});
+    if (!joint.eds.empty() && joints.drives != "cia402")
+      refuse(where + ".eds",
+             "drives of kind " + joints.drives + " are not CANopen's, and have none");
+    machine.eds.push_back(joint.eds);
     narrow(joints.limits, joint, k);
     const JointLimits& l = joints.limits;
     if (l.q_min[k] >= l.q_max[k])

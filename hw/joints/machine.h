@@ -19,6 +19,7 @@ struct Machine {
   std::vector<BusShare> buses{};     ///< in the order of their joints
   std::vector<int> bitrates{};       ///< of each bus [bit/s]
   std::vector<cia402::Axis> axes{};  ///< one per joint
+  std::vector<std::string> eds{};    ///< of each joint's drive, EDS or DCF; empty: none
 };
 
 /// @throws ConfigError "FILE: joints[3].bus: ..." for what is wrong: joints in another order than

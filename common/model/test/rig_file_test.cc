@@ -79,6 +79,24 @@ TEST_F(RigFile, IsReadAsItWasWritten) {
   }
 }
 
+TEST_F(RigFile, OfAnArmSaysHowWellItIsKnown) {
+  image::Rig before = rig();
+  before.position_2sigma_m = {1e-3, 2e-3, 3e-3};
+  before.rotation_2sigma_rad = {1e-4, 2e-4, 3e-4};
+  EXPECT_EQ(rig_text(before), rig_text(rig()));  // of the table there is nothing to say
+  for (const auto frame : {image::Rig::Frame::flange, image::Rig::Frame::base}) {
+    before.frame = frame;
+    const image::Rig after = load_rig(write(rig_text(before)));
+    EXPECT_EQ(after.frame, frame);
+    EXPECT_EQ(after.position_2sigma_m, before.position_2sigma_m);
+    EXPECT_EQ(after.rotation_2sigma_rad, before.rotation_2sigma_rad);
+    EXPECT_NE(
+        complaint(replaced(rig_text(before), "position_2sigma_m: [", "position_2sigma_m: [7, ")),
+        "");
+    EXPECT_THROW(camera_on_table(after, "f", ""), ConfigError);
+  }
+}
+
 TEST_F(RigFile, EveryMistakeIsToldWithItsPlace) {
   const std::string good = rig_text(rig());
   ASSERT_EQ(complaint(good), "");
@@ -90,7 +108,8 @@ TEST_F(RigFile, EveryMistakeIsToldWithItsPlace) {
       {"format:", "fromat:", "unknown parameter, did you mean 'format'?"},
       {"2026-11-26", "2026-13-26", "rig.yaml:3:7: date: expected YYYY-MM-DD, found '2026-13-26'"},
       {"2026-11-26", "yesterday", "expected YYYY-MM-DD, found 'yesterday'"},
-      {"frame: \"table\"", "frame: world", "rig.yaml:5:8: frame: expected one of camera, table"},
+      {"frame: \"table\"", "frame: world",
+       "rig.yaml:5:8: frame: expected one of camera, table, flange, base"},
       {"pictures: 13", "pictures: 0", "rig.yaml:6:11: pictures: 0 is outside [1, 1000000]"},
       {"pictures: 13\n", "", "pictures: is missing"},
       {"name: \"right\"", "name: left", "cameras.1.name: 'left' is there twice"},

@@ -1,7 +1,8 @@
 // Any bytes as frames, to everything that reads frames: the bridge's side of a drive, an SDO
 // client, a simulated drive, PowerCube's answers and modules; as registers of a hand, as datagrams
-// of python-can, as lines of a serial adapter. The first byte chooses, or MIMESIS_CODEC=NAME.
-// `MIMESIS_CODEC=slcan hw_codec_fuzz CORPUS -max_total_time=600`. corpus.txt holds what was found:
+// of python-can, as lines of a serial adapter, as the text of an EDS. The first byte chooses, or
+// MIMESIS_CODEC=NAME. `MIMESIS_CODEC=slcan hw_codec_fuzz CORPUS -max_total_time=600`. corpus.txt
+// holds what was found:
 //   while read reader hex; do
 //     mkdir -p $reader; echo $hex | xxd -r -p > $reader/${hex:0:60}; done < corpus.txt
 #include <algorithm>
@@ -14,9 +15,11 @@
 #include <string_view>
 #include <utility>
 
+#include "common/error.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/axis_master.h"
 #include "hw/cia402/canopen.h"
+#include "hw/cia402/eds.h"
 #include "hw/modbus/hand_profile.h"
 #include "hw/powercube/protocol.h"
 #include "hw/sim/cia402/drive.h"
@@ -178,8 +181,24 @@ void slcan(std::span<const std::uint8_t> bytes) {
   demand(can::from_line(out) == frame);
 }
 
+/// A description that is taken can be asked for all that a drive needs, or refuses by its line.
+void eds(std::span<const std::uint8_t> bytes) {
+  static const auto steps = cia402::setup_steps(
+      {.node_id = 5, .stop_bit = 3}, {.q_min = -1, .q_max = 1, .v_max = 1, .a_max = 1}, {5, -3});
+  try {
+    const cia402::Eds described({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "eds",
+                                5);
+    for (const int sub : {1, 2, 3}) (void)described.identity(sub);
+    for (const cia402::EdsFinding& each : cia402::lacks_of(described, steps))
+      demand(!each.text.empty() &&
+             (each.kind == cia402::EdsFinding::Kind::accept) != each.word.empty());
+  } catch (const ConfigError& refused) {
+    demand(std::string_view(refused.what()).starts_with("eds:"));
+  }
+}
+
 using Codec = void (*)(std::span<const std::uint8_t>);
-constexpr std::array<std::pair<std::string_view, Codec>, 8> kCodecs{
+constexpr std::array<std::pair<std::string_view, Codec>, 9> kCodecs{
     {{"master", master},
      {"client", client},
      {"drive", drive},
@@ -187,7 +206,8 @@ constexpr std::array<std::pair<std::string_view, Codec>, 8> kCodecs{
      {"powercube", powercube_answers},
      {"module", powercube_module},
      {"slcan", slcan},
-     {"setup", setup}}};
+     {"setup", setup},
+     {"eds", eds}}};
 
 Codec chosen() {
   const char* name = std::getenv("MIMESIS_CODEC");

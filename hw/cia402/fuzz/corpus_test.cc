@@ -15,7 +15,7 @@ namespace {
 /// The first byte chooses the reader, as in codec_fuzz.cc.
 const std::map<std::string, std::uint8_t> kReaders{{"master", 0}, {"client", 1},    {"drive", 2},
                                                    {"hand", 3},   {"powercube", 4}, {"module", 5},
-                                                   {"slcan", 6},  {"setup", 7}};
+                                                   {"slcan", 6},  {"setup", 7},     {"eds", 8}};
 
 TEST(Corpus, IsReadWithoutAFinding) {
   std::ifstream file(MIMESIS_SOURCE_DIR "/hw/cia402/fuzz/corpus.txt");

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "common/error.h"
+#include "common/runtime/param_source.h"
 #include "common/testing/loopback.h"
 #include "hw/can/bus.h"
 #include "hw/can/testing/memory_wire.h"
@@ -96,6 +97,22 @@ TEST_F(MachineFiles, SayWhatIsWrong) {
   EXPECT_EQ(refusal(third("increments_per_turn", "1e8")),
             ": joints[2]: 7.56e+09 increments at a limit, expected at most 2^31");
   EXPECT_EQ(refusal(text().substr(0, text().rfind("  - "))), ": joints: 6 given, lwr4.yaml has 7");
+}
+
+TEST_F(MachineFiles, NameDescriptionsOfCanopenDrivesAlone) {
+  const std::string eds = graph_.directory() + "/drive.eds", robot = graph_.directory() + "/r.yaml";
+  std::ofstream(eds) << "[DeviceInfo]\n";
+  const std::string named = text(joint(2, ", eds: " + eds));
+  EXPECT_EQ(load(named).eds, (std::vector<std::string>{"", "", eds, "", "", "", ""}));
+  std::ifstream in(runtime::find_model_file("lwr4.yaml"));
+  std::string model(std::istreambuf_iterator<char>(in), {});
+  std::ofstream(robot) << model.replace(model.find("drives: cia402"), 14, "drives: powercube");
+  const auto of_robot = [&](std::string all) {
+    return all.replace(all.find("lwr4.yaml"), 9, robot);
+  };
+  EXPECT_EQ(load(of_robot(text())).joints.drives, "powercube");
+  EXPECT_EQ(refusal(of_robot(named)),
+            ": joints[2].eds: drives of kind powercube are not CANopen's, and have none");
 }
 
 constexpr int kMbit = 1'000'000;

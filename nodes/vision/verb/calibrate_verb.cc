@@ -13,6 +13,7 @@
 #include "common/image/image.h"
 #include "common/json_text.h"
 #include "common/model/rig_file.h"
+#include "nodes/vision/verb/calibrate_tools.h"
 #include "nodes/vision/verb/calibration_pictures.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
@@ -26,13 +27,12 @@ using vision::Board;
 
 constexpr int kDone = 0, kFailed = 1;
 
-struct Options {
+struct Options : BoardOptions {
   std::vector<std::string> from;  ///< mono, stereo: pictures per camera; table: pictures
-  std::string board = "9x6", rig, out, report_dir, side;
-  double square_m = 0.0, thickness_m = 0.0;
+  std::string rig, out, report_dir, side;
+  double thickness_m = 0.0;
   std::vector<double> middle_m{0.0, 0.0};
   std::vector<std::string> names;
-  bool json = false;
 };
 
 std::string today() {
@@ -40,16 +40,6 @@ std::string today() {
   std::tm local{};
   localtime_r(&now, &local);
   return fmt::format("{:04}-{:02}-{:02}", local.tm_year + 1900, local.tm_mon + 1, local.tm_mday);
-}
-
-void write_rig(const std::string& file, const image::Rig& rig) {
-  const fs::path fresh = file + ".new";  // a reader sees the old file or the new one
-  std::ofstream out(fresh);
-  out << model::rig_text(rig);
-  out.close();
-  std::error_code error;
-  if (out) fs::rename(fresh, file, error);
-  if (!out || error) throw std::runtime_error(file + ": cannot be written");
 }
 
 /// Advice for the next pictures.
@@ -292,18 +282,8 @@ int table(const Options& options) {
   return kDone;
 }
 
-void add_board(CLI::App* verb, const std::shared_ptr<Options>& options) {
-  verb->add_option("--board", options->board, "Inner corners, COLUMNSxROWS [9x6]")
-      ->type_name("CxR");
-  verb->add_option("--square-m", options->square_m, "Edge of a square in metres")
-      ->required()
-      ->check(number_above_zero)
-      ->type_name("M");
-  verb->add_flag("--json", options->json, "One object with all that is printed");
-}
-
 void add_lenses(CLI::App* verb, const std::shared_ptr<Options>& options, int& exit_code) {
-  add_board(verb, options);
+  add_board(verb, *options);
   verb->add_option("-o,--out", options->out, "Write the rig, which nodes read, to this file")
       ->type_name("FILE");
   verb->add_option(
@@ -315,6 +295,25 @@ void add_lenses(CLI::App* verb, const std::shared_ptr<Options>& options, int& ex
 }
 
 }  // namespace
+
+void write_rig(const std::string& file, const image::Rig& rig) {
+  const fs::path fresh = file + ".new";  // a reader sees the old file or the new one
+  std::ofstream out(fresh);
+  out << model::rig_text(rig);
+  out.close();
+  std::error_code error;
+  if (out) fs::rename(fresh, file, error);
+  if (!out || error) throw std::runtime_error(file + ": cannot be written");
+}
+
+void add_board(CLI::App* verb, BoardOptions& options) {
+  verb->add_option("--board", options.board, "Inner corners, COLUMNSxROWS [9x6]")->type_name("CxR");
+  verb->add_option("--square-m", options.square_m, "Edge of a square in metres")
+      ->required()
+      ->check(number_above_zero)
+      ->type_name("M");
+  verb->add_flag("--json", options.json, "One object with all that is printed");
+}
 
 void add_calibrate(CLI::App& program, int& exit_code) {
   CLI::App* verb =
@@ -332,6 +331,8 @@ void add_calibrate(CLI::App& program, int& exit_code) {
       "report\n"
       "  mimesis calibrate mono boards/ --board 8x5 --square-m 0.03 -o camera.yaml\n"
       "  mimesis calibrate table rig.yaml left.png right.png --square-m 0.025\n"
+      "  mimesis calibrate hand-eye camera.yaml poses.csv --on-arm camera --square-m 0.03 -o "
+      "hand.yaml\n"
       "  mimesis_vision --set rig=rig.yaml");
 
   auto mono = std::make_shared<Options>();
@@ -361,7 +362,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
                    "The board on the table, one picture per camera or of the first alone")
       ->required()
       ->expected(1, 2);
-  add_board(table_verb, on);
+  add_board(table_verb, *on);
   table_verb->add_option("-o,--out", on->out, "Write the rig to this file [RIG]")
       ->type_name("FILE");
   table_verb
@@ -376,6 +377,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
       ->add_option("--middle-m", on->middle_m, "x and z of the board's middle on the table [0 0]")
       ->expected(2);
   table_verb->callback([on, &exit_code] { exit_code = table(*on); });
+  add_hand_eye(verb, exit_code);
 }
 
 }  // namespace mimesis::tool

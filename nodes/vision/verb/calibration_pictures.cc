@@ -211,6 +211,10 @@ void check_not_inverted(const Board& board, const std::vector<fs::path>& files) 
     image::Image picture = read_picture(file);
     for (std::uint8_t& value : picture.bgr) value = static_cast<std::uint8_t>(255 - value);
     if (!vision::find_board(picture, board)) continue;
+    // A part of a larger board has either colours.
+    const auto whole = vision::board_size_in(picture);
+    const std::pair said(std::max(board.columns, board.rows), std::min(board.columns, board.rows));
+    if (whole != said) continue;
     throw ConfigError(
         fmt::format("board: {} shows it inverted, white for black: print it black on white, with a "
                     "white border",

@@ -116,6 +116,8 @@ int hw_check(const HwOptions& options) {
     table.row({can, std::to_string(bitrate), std::to_string(count),
                percent(load.least) + " to " + percent(load.worst), good ? "" : "too much"});
   }
+  const DriveCheck drives = check_drives(machine, options);
+  const int exit_code = fits && drives.usable ? 0 : 1;
   const int slowest = *std::ranges::min_element(machine.bitrates);
   const int fewest = hw::fewest_buses(machine.axes, machine.joints, rate_hz, slowest);
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
@@ -140,9 +142,10 @@ int hw_check(const HwOptions& options) {
                                 {"largest_rate_hz", largest_hz},
                                 {"fewest_buses", fewest},
                                 {"buses", buses},
-                                {"joints", joints}})
+                                {"joints", joints},
+                                {"drives", as_json(drives)}})
               << '\n';
-    return fits ? 0 : 1;
+    return exit_code;
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
   std::cout << fmt::format("{} axes at {:.4g} Hz: {}; up to {} of a bus may be in use.\n",
@@ -153,7 +156,8 @@ int hw_check(const HwOptions& options) {
                     : "No rate fits on these buses. ")
             << (fewest > 0 ? fmt::format("Fewest buses at {:.4g} Hz: {}.\n", rate_hz, fewest)
                            : fmt::format("One axis alone does not fit at {:.4g} Hz.\n", rate_hz));
-  return fits ? 0 : 1;
+  print(drives);
+  return exit_code;
 }
 
 int hw_monitor(const HwOptions& options) {

@@ -43,15 +43,20 @@ void add_hw(CLI::App& program, int& exit_code) {
   verb->require_subcommand(1);
 
   auto options = std::make_shared<HwOptions>();
-  CLI::App* check =
-      add(*verb, "check",
-          "Checks a machine file: mistakes, load of each bus, what rate and how many buses fit",
-          options, exit_code, hw_check);
+  CLI::App* check = add(
+      *verb, "check",
+      "Checks a machine file: mistakes, load of each bus, what rate and how many buses fit, what "
+      "drives lack by their EDS or DCF",
+      options, exit_code, hw_check, "an answer");
   check->add_option("FILE", options->file, "Machine file: robot, buses, joints (docs/hardware)")
       ->required();
+  check->add_flag("--drives", options->drives,
+                  "Asks the drives that have an EDS who they are and what they have; reads only");
   check->footer(
-      "Exit codes: 0 fits, 1 a bus is overloaded, 2 the file is wrong.\nExample:\n  mimesis hw "
-      "check machine.yaml");
+      "Exit codes: 0 fits, 1 a bus is overloaded or a drive lacks what its axis does not accept, 2 "
+      "a "
+      "file is wrong,\n3 a drive does not answer.\nExamples:\n  mimesis hw check machine.yaml\n  "
+      "mimesis hw check machine.yaml --drives");
 
   options = std::make_shared<HwOptions>();
   options->timeout_s = 0.5;

@@ -10,6 +10,7 @@
 #include "common/machine_time.h"
 #include "common/testing/process.h"
 #include "hw/cia402/cia402.h"
+#include "hw/cia402/test/eds_text.h"
 #include "tools/mimesis/hw/bus_watch.h"
 
 namespace mimesis::tool {
@@ -188,6 +189,69 @@ TEST_F(Hw, CheckSaysWhatFits) {
   std::ofstream(file_, std::ios::app) << "more: 1\n";
   EXPECT_EQ(run({"check", file_}), 2);
   EXPECT_NE(errors_.find("more"), std::string::npos) << errors_;
+}
+
+/// A drive's description beside the machine file, and the drive itself.
+TEST_F(Hw, CheckComparesDrivesWithTheirDescriptions) {
+  using namespace hw::cia402;
+  const std::string eds = graph_.directory() + "-drive.eds";
+  std::vector<eds_text::Entry> entries = eds_text::whole_drive();
+  const auto write = [&](const std::string& product) {
+    for (eds_text::Entry& e : entries) {
+      if (e.object == Object{0x1018, 2}) e.value = product;
+      if (e.object == Object{0x1018, 1}) e.value = "0";
+    }
+    std::string text = eds_text::text_of(entries);
+    text.replace(text.find("VendorNumber=0xFB"), 17, "VendorNumber=0");
+    text.replace(text.find("RevisionNumber=0x01610000"), 25, "RevisionNumber=0");
+    std::ofstream(eds) << text;
+  };
+  const std::string machine = [&] {
+    std::ifstream in(file_);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  }();
+  const auto check = [&](const std::string& of_a3, std::vector<std::string> more = {}) {
+    std::string text = machine;
+    text.replace(text.find("{name: A3,"), 10, "{name: A3, eds: " + eds + of_a3 + ",");
+    std::ofstream(file_) << text;
+    std::vector<std::string> words{"check", file_};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words, true);
+  };
+  write("1");
+  ASSERT_EQ(check(""), 0) << errors_ << output_;
+  ASSERT_EQ(json()["drives"].size(), 1u);
+  EXPECT_EQ(json()["drives"][0]["name"], "A3");
+  EXPECT_EQ(json()["drives"][0]["product"], "Drive");
+  EXPECT_TRUE(json()["drives"][0]["found"].empty()) << output_;
+  // The simulated drive is product 1 of nobody, and has all.
+  ASSERT_EQ(check("", {"--drives", "--graph", graph_.name()}), 0) << errors_ << output_;
+  write("0x65520000");
+  ASSERT_EQ(check("", {"--drives", "--graph", graph_.name()}), 1) << errors_;
+  EXPECT_EQ(json()["drives"][0]["found"][0]["what"],
+            "1018:02 (product): the drive says 0x1, its file 0x65520000");
+  ASSERT_EQ(check("", {"--drives", "--graph", graph_.name() + "-none", "--timeout", "0.1"}), 3);
+  EXPECT_EQ(errors_, "node 3 did not answer within 0.1 s\n");
+  // What it lacks by its description, and what its axis accepts.
+  std::erase_if(entries, [](const eds_text::Entry& e) { return e.object.index == 0x6007; });
+  write("1");
+  ASSERT_EQ(check(""), 1) << errors_;
+  EXPECT_EQ(json()["drives"][0]["found"][0]["accept"], "no_6007") << output_;
+  EXPECT_EQ(check(", accept: [no_6007]"), 0) << errors_;
+  EXPECT_EQ(json()["drives"][0]["found"][0]["kind"], "warning") << output_;
+  EXPECT_EQ(run({"check", file_}), 0) << errors_;
+  EXPECT_NE(output_.find("warning: 6007:00 (quick stop when the connection is lost): the drive "
+                         "lacks it"),
+            std::string::npos)
+      << output_;
+  std::ofstream(eds, std::ios::app) << "\nnonsense\n";
+  EXPECT_EQ(check(""), 2);
+  EXPECT_NE(errors_.find("expected [SECTION] or KEY=VALUE, found 'nonsense'"), std::string::npos)
+      << errors_;
+  std::filesystem::remove(eds);
+  EXPECT_EQ(check(""), 2);
+  EXPECT_NE(errors_.find("expected the file of: EDS or DCF of the drive"), std::string::npos)
+      << errors_;
 }
 
 TEST(Candump, LinesOfEachKindOfFrame) {
