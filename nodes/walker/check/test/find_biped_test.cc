@@ -80,6 +80,20 @@ TEST(FindBiped, FindsThePublishedRobotByItsShape) {
   }
 }
 
+/// As Atlas's: thighs that lean back, knees that stand at their limit beyond straight, hips askew.
+TEST(FindBiped, BendsKneesThatStandBeyondStraight) {
+  const FoundBiped biped = found([](std::vector<Link>& links) {
+    for (const std::string side : {"left", "right"}) {
+      joint(links, side + "_hip_pitch").X_PJ.translation().x() += 0.05;
+      joint(links, side + "_knee").X_PJ.translation().x() -= 0.05;
+      joint(links, side + "_knee").lower = 0.0;
+    }
+  });
+  EXPECT_EQ(missing(biped), "");
+  ASSERT_TRUE(biped.biped.has_value());
+  EXPECT_FALSE(robot::LegIk(*biped.biped, kLeft).closed_form());
+}
+
 TEST(FindBiped, HoldsWhatCannotBeDriven) {
   const FoundBiped biped = found([](std::vector<Link>& links) {
     joint(links, "left_gripper").mimics = "neck_yaw";
