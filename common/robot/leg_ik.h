@@ -37,7 +37,6 @@ class LegIk {
   Result solve(const Eigen::Isometry3d& X_BS, double least_knee_bend_rad = 0.01,
                const Vector6d* near = nullptr) const;
   bool closed_form() const { return closed_; }
-  const Vector6d& half_sitting() const { return half_sitting_; }
 
  private:
   bool fits_closed_form() const;

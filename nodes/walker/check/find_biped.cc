@@ -497,25 +497,17 @@ class Finder {
     const Isometry3d X_BS = biped.X_WB_half_sitting.inverse();  // the middle of the soles
     double forward = X_BS.translation().x();
     std::array<robot::LegIk::Result, 2> leg;
-    std::array<robot::LegIk::Vector6d, 2> near;  // where the search finds on from
-    for (const Side side : robot::kSides) near[side] = ik[side].half_sitting();
     const auto place = [&](double height) {
       for (const Side side : robot::kSides) {
         const Vector3d p(forward, X_BS.translation().y() + robot::sign(side) * 0.5 * apart,
                          -height);
-        leg[side] = ik[side].solve(Isometry3d(Eigen::Translation3d(p)), 0.01, &near[side]);
-        if (!leg[side].stretched) near[side] = leg[side].q;
+        leg[side] = ik[side].solve(Isometry3d(Eigen::Translation3d(p)));
       }
       return leg[kLeft].stretched ? 0.0 : leg[kLeft].bend_rad;
     };
-    constexpr int kSteps = 30;
     const double longest = -X_BS.translation().z();
     for (int pass = 0; pass < 12; ++pass) {
-      double low = longest, high = longest;
-      for (int i = 0; i < kSteps && place(low) <= knee_rad_; ++i) {  // a little deeper each time
-        high = low;
-        low -= 0.6 / kSteps * length;
-      }
+      double low = longest - 0.6 * length, high = longest;
       for (int i = 0; i < 40; ++i) {
         const double middle = 0.5 * (low + high);
         (place(middle) > knee_rad_ ? low : high) = middle;
