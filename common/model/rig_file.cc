@@ -172,7 +172,7 @@ Foreign foreign_kind(const std::string& text) {
 std::string described(Foreign kind) {
   constexpr std::array kWords{"no calibration",
                               "a ROS camera_info",
-                              "an OpenCV calibration",
+                              "an OpenCV file",
                               "a Kalibr camchain",
                               "a camodocal (VINS) calibration",
                               "an ORB-SLAM setting"};

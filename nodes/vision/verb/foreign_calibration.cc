@@ -34,7 +34,7 @@ constexpr double kMost_px = 0.25;                        // a fitted lens may be
 constexpr double kNearest_m = 0.001, kFarthest_m = 2.0;  // baselines
 
 [[noreturn]] void fail(const Place& place, const std::string& what) {
-  throw ConfigError(to_string(place) + ": " + what);
+  throw ConfigError(to_string(place) + ": " + printable(what));  // words of the file are in it
 }
 
 // Texts.
@@ -636,7 +636,7 @@ class Reader {
     } else {
       fail(e.place, fmt::format("lens model '{}': no lens of a rig, expected plumb_bob, radtan, "
                                 "rational_polynomial or equidistant",
-                                printable(model)));
+                                model));
     }
     if (e.d.size() == 14 && (e.d[12] != 0.0 || e.d[13] != 0.0))
       fail(e.place, "a tilted sensor (τx, τy), which no lens of a rig has");
@@ -712,6 +712,10 @@ class Reader {
       std::copy_n(e.d.begin(), std::min<std::size_t>(5, e.d.size()), lens.distortion.begin());
     } else {
       fit(e, lens);
+    }
+    if (std::ranges::any_of(lens.distortion, [](double k) { return !(std::abs(k) <= 1000.0); }) ||
+        lens.fx_px < 10.0 || lens.fy_px < 10.0 || lens.fx_px > 1e6 || lens.fy_px > 1e6) {
+      fail(e.place, "its focal lengths or distortion are of no lens");
     }
     if (lens.folds()) {
       fail(e.place, "its distortion folds the picture over, so that it describes no lens");
@@ -795,6 +799,7 @@ class Reader {
       std::string name = e.name;
       if (name.empty()) name = cameras_.size() == 1 ? "camera" : i == 0 ? "left" : "right";
       if (!options_.names.empty()) name = options_.names[i];
+      if (name.empty()) throw ConfigError("--name: expected a word");
       if (out.rig.find(name) != nullptr) throw ConfigError("--name: '" + name + "' is there twice");
       const double far_m = e.X.translation().norm();
       if (i > 0 && !(far_m >= kNearest_m && far_m <= kFarthest_m)) {

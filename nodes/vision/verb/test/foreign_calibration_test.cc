@@ -442,6 +442,11 @@ TEST(ForeignCalibration, WhatIsNoCalibrationIsRefusedByItsName) {
             "distCoeffs, dist_coeffs, distCoefs, dist_coefs, DistCoeffs, D, d, dist, distortion, "
             "distCoef, dist_coeff, camera_distortion, distortion_coeffs)"}})
     EXPECT_EQ(refused({with(kRos, c.from, c.to)}), c.words);
+  EXPECT_EQ(refused({with(kRos, "0.002, -0.0015", "7.8e10, -0.0015")}),
+            "f0.yaml:5:3: its focal lengths or distortion are of no lens");
+  EXPECT_EQ(refused({with(kRos, "plumb_bob", "\"a\\nb\"")}),
+            "f0.yaml:5:3: lens model 'a\\u000ab': no lens of a rig, expected plumb_bob, radtan, "
+            "rational_polynomial or equidistant");
   EXPECT_EQ(
       refused({"images:\n  - left01.jpg\n"}),
       "f0.yaml: expected a calibration of ROS (camera_info), OpenCV, Kalibr (camchain), camodocal "
@@ -465,7 +470,7 @@ TEST(ForeignCalibration, WhatIsNoCalibrationIsRefusedByItsName) {
 TEST(ForeignCalibration, AReaderOfRigsNamesThem) {
   for (const auto& [text, kind] :
        std::vector<std::pair<std::string, std::string>>{{kRos, "a ROS camera_info"},
-                                                        {kOpencv, "an OpenCV calibration"},
+                                                        {kOpencv, "an OpenCV file"},
                                                         {kKalibr, "a Kalibr camchain"}})
     EXPECT_EQ(testing::refusal([&] { model::parse_rig(text, "cam.yaml"); }),
               "cam.yaml: is " + kind +
