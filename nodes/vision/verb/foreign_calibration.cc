@@ -378,7 +378,7 @@ class Reader {
       out.model = model.yaml->text;
     const Value fisheye = find(map, {"fisheye_model", "Use_FishEyeModel", "bFishEye"});
     if (fisheye && fisheye.yaml->text != "0" && out.model.empty()) out.model = "fisheye";
-    if (kind_ != Foreign::camera_info) return out;  // OpenCV's R and P have several meanings
+    if (kind_ == Foreign::opencv) return out;  // OpenCV's R and P have several meanings
     if (const Value R = find(map, {"rectification_matrix", "R", "r"})) out.R = rotation(R);
     if (const Value P = find(map, {"projection_matrix", "P", "p"})) {
       out.P = numbers(P, 12);
@@ -460,7 +460,8 @@ class Reader {
                    Rr = right.R.value_or(Matrix3d::Identity());
     right.X.linear() = Rr.transpose() * Rl;
     right.X.translation() = unit() * (Rr.transpose() * shift(right));
-    if (options_.unit_m == 0.0) say("the baseline is taken for metres, as ROS has it");
+    if (options_.unit_m == 0.0)
+      say("the baseline is taken for metres, as " + described(kind_) + " has it");
   }
   double unit() const { return options_.unit_m == 0.0 ? 1.0 : options_.unit_m; }
 
@@ -570,10 +571,14 @@ class Reader {
                                  ": is of pictures that ORB-SLAM rectifies, expected PinHole or "
                                  "KannalaBrandt8");
     }
-    if (const Yaml* left = document.find("LEFT.K")) {
-      fail(left->place,
-           "LEFT.K: Camera.fx .. are of the rectified pictures then; give the cameras' "
-           "own calibration");
+    if (document.find("LEFT.K") != nullptr) {  // Camera.fx .. are of the rectified pictures then
+      for (const std::string side : {"LEFT.", "RIGHT."}) {
+        Yaml own = document;
+        std::erase_if(own.entries, [&](const auto& each) { return !each.key.starts_with(side); });
+        for (Yaml::Entry& each : own.entries) each.key.erase(0, side.size());
+        cameras_.push_back(matrices(own, {"K"}, {"D"}));
+      }
+      return pair_by_projection();
     }
     const Value second = find(document, {"Camera2.fx"}), T = find(document, {"Stereo.T_c1_c2"}),
                 bf = find(document, {"Camera.bf", "Stereo.b"});
@@ -790,7 +795,7 @@ class Reader {
     }
     if (cameras_.size() == 1 && !cameras_[0].P.empty() && cameras_[0].P[3] != 0.0)
       say("its projection_matrix has a baseline, as a right camera's: taken as a camera alone");
-    if (cameras_.size() > 1 && options_.unit_m == 0.0 && kind_ != Foreign::camera_info)
+    if (cameras_.size() > 1 && options_.unit_m == 0.0 && kind_ == Foreign::kalibr)
       say("translations are taken for metres, as " + out.kind + " has them");
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       Entry& e = cameras_[i];

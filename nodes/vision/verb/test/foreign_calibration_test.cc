@@ -341,8 +341,19 @@ TEST(ForeignCalibration, CamodocalAndOrbSlamAreRead) {
   EXPECT_EQ(
       read({with(orb, "Camera1.k1: ", "Camera1.k1:")}).rig.cameras[0].camera.lens().distortion,
       read({orb}).rig.cameras[0].camera.lens().distortion);
-  EXPECT_NE(refused({orb + "LEFT.K:[1, 2, 3]\n"}).find("LEFT.K: Camera.fx .. are of the rectified"),
-            std::string::npos);
+  // With LEFT and RIGHT Camera.fx .. are of the rectified pictures.
+  std::string sides = orb;
+  for (const std::string side : {"LEFT", "RIGHT"}) {
+    sides += side + ".width: 640\n" + side + ".height: 480\n" + side +
+             ".K: {rows: 3, cols: 3, data: [520.5, 0, 310.25, 0, 518.25, 250.5, 0, 0, 1]}\n" +
+             side + ".D:[-0.3, 0.1, 0.002, -0.0015, 0.01]\n" + side +
+             ".R: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n" + side + ".P: [480, 0, 320, " +
+             (side == "LEFT" ? "0" : "-57.6") + ", 0, 480, 240, 0, 0, 0, 1, 0]\n";
+  }
+  const Imported raw = read({sides});
+  ASSERT_EQ(raw.rig.cameras.size(), 2u);
+  EXPECT_LT(furthest(raw.rig.cameras[0].camera, kRosBend, 520.5, 518.25, 310.25, 250.5), 1e-9);
+  EXPECT_LT((raw.rig.cameras[1].camera.eye() - Vector3d(0.12, 0, 0)).norm(), 1e-12);
   const Imported pair = read({orb});
   ASSERT_EQ(pair.rig.cameras.size(), 2u);  // T_c1_c2: of the second camera in the first one
   EXPECT_LT((pair.rig.cameras[1].camera.eye() - Vector3d(0.11, 0, 0.01)).norm(), 1e-12);
