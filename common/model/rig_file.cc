@@ -7,6 +7,8 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
+#include <sstream>
 #include <vector>
 
 #include "common/error.h"
@@ -58,7 +60,7 @@ struct RigFile {
       v("position_2sigma_m", position_2sigma_m, 0.0, 100.0, 3);
       v("rotation_2sigma_rad", rotation_2sigma_rad, 0.0, 10.0, 3);
     }
-    v("pictures", rig.pictures, 1, 1000000);
+    v("pictures", rig.pictures, 0, 1000000);
     v("epipolar_px", rig.epipolar_px, 0.0, 100.0);
     list(v, "cameras", cameras);
   }
@@ -96,7 +98,7 @@ image::Lens lens_of(const CameraEntry& c) {
 
 image::Rig read_rig(const runtime::ParamSource& source) {
   RigFile read;
-  read.rig.pictures = 0;  // must be there
+  read.rig.pictures = -1;  // must be there
   read.rig.epipolar_px = -1.0;
   source.read("", [&read](ParamVisitor& v) { read.visit(v); });
   check(read, source);
@@ -126,7 +128,56 @@ image::Rig read_rig(const runtime::ParamSource& source) {
   return rig;
 }
 
+/// Whether YAML, JSON or XML has this key anywhere.
+bool has_key(const std::string& text, std::string_view key) {
+  for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
+    const std::size_t end = at + key.size();
+    const bool begins =
+        at == 0 || std::string_view(" \t\n{,<\"'").find(text[at - 1]) != std::string_view::npos;
+    if (begins && end < text.size() &&
+        std::string_view(" \t:>\"'").find(text[end]) != std::string_view::npos)
+      return true;
+  }
+  return false;
+}
+
+/// A file of others where a rig belongs is told what it is, not which key of a rig it lacks.
+void demand_no_foreign(const std::string& text, const std::string& name) {
+  if (const Foreign kind = foreign_kind(text); kind != Foreign::none) {
+    throw ConfigError(fmt::format(
+        "{0}: is {1}, expected a rig: mimesis calibrate import {0} --date YYYY-MM-DD -o rig.yaml",
+        name, described(kind)));
+  }
+}
+
 }  // namespace
+
+Foreign foreign_kind(const std::string& text) {
+  const auto has = [&text](auto... keys) { return (has_key(text, keys) || ...); };
+  const auto all = [&text](auto... keys) { return (has_key(text, keys) && ...); };
+  if (has("format") && text.find("mimesis-rig") != std::string::npos) return Foreign::none;
+  if (has("T_cn_cnm1") || all("camera_model", "intrinsics")) return Foreign::kalibr;
+  if (has("Camera.fx", "Camera1.fx")) return Foreign::orb_slam;
+  if (has("projection_parameters", "mirror_parameters")) return Foreign::camodocal;
+  if (has("camera_matrix", "distortion_model") &&
+      has("projection_matrix", "rectification_matrix", "distortion_model"))
+    return Foreign::camera_info;
+  if (text.starts_with("%YAML:") || text.find("opencv_storage") != std::string::npos ||
+      text.find("opencv-matrix") != std::string::npos ||
+      has("camera_matrix", "cameraMatrix", "dist_coeffs", "distortion_coefficients"))
+    return Foreign::opencv;
+  return Foreign::none;
+}
+
+std::string described(Foreign kind) {
+  constexpr std::array kWords{"no calibration",
+                              "a ROS camera_info",
+                              "an OpenCV file",
+                              "a Kalibr camchain",
+                              "a camodocal (VINS) calibration",
+                              "an ORB-SLAM setting"};
+  return kWords.at(static_cast<std::size_t>(kind));
+}
 
 std::optional<int> day_number(const std::string& date) {
   int y = 0;
@@ -141,10 +192,14 @@ std::optional<int> day_number(const std::string& date) {
 }
 
 image::Rig load_rig(const std::string& file) {
+  std::stringstream text;  // empty for a section of a file, FILE#KEY
+  text << std::ifstream(runtime::find_model_file(file)).rdbuf();
+  demand_no_foreign(text.str(), file);
   return read_rig(runtime::ParamSource(runtime::find_model_file(file), {}, {}));
 }
 
 image::Rig parse_rig(const std::string& text, const std::string& name) {
+  demand_no_foreign(text, name);
   return read_rig(runtime::ParamSource(runtime::parse_yaml(text, name)));
 }
 

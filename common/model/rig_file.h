@@ -21,6 +21,14 @@ std::string rig_text(const image::Rig& rig);
 image::Camera camera_on_table(const image::Rig& rig, const std::string& file,
                               const std::string& name);
 
+/// Calibrations of other programs, which `mimesis calibrate import` reads.
+enum class Foreign { none, camera_info, opencv, kalibr, camodocal, orb_slam };
+
+/// By the keys that a text has; none for a rig, and for what is no calibration.
+Foreign foreign_kind(const std::string& text);
+/// "a ROS camera_info"
+std::string described(Foreign kind);
+
 /// Days since 1970-01-01 of "YYYY-MM-DD"; nothing if it is no date.
 std::optional<int> day_number(const std::string& date);
 

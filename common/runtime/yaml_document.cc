@@ -62,8 +62,9 @@ class Converter {
   /// Names from files reach terminals, logs and other files.
   static const std::string& text(const YAML::Node& scalar, const Place& at) {
     const std::string& all = scalar.Scalar();
-    if (const std::string shown = printable(all, "\t\r\n"); shown != all) {
-      throw ConfigError(to_string(at) + ": '" + shown + "' has control characters or is no UTF-8");
+    if (printable(all, "\t\r\n") != all) {
+      throw ConfigError(to_string(at) + ": '" + printable(all) +
+                        "' has control characters or is no UTF-8");
     }
     return all;
   }

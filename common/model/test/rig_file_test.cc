@@ -110,7 +110,7 @@ TEST_F(RigFile, EveryMistakeIsToldWithItsPlace) {
       {"2026-11-26", "yesterday", "expected YYYY-MM-DD, found 'yesterday'"},
       {"frame: \"table\"", "frame: world",
        "rig.yaml:5:8: frame: expected one of camera, table, flange, base"},
-      {"pictures: 13", "pictures: 0", "rig.yaml:6:11: pictures: 0 is outside [1, 1000000]"},
+      {"pictures: 13", "pictures: -1", "rig.yaml:6:11: pictures: -1 is outside [0, 1000000]"},
       {"pictures: 13\n", "", "pictures: is missing"},
       {"name: \"right\"", "name: left", "cameras.1.name: 'left' is there twice"},
       {"width_px: 640", "width_px: 0",

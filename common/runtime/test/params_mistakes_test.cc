@@ -212,6 +212,8 @@ TEST(BrokenYaml, IsReportedAtItsPlace) {
       {"a: &x [*x]\n", "f.yaml:1:"},
       {"bus: \"a\\e[31mb\"\n", "f.yaml:1:6: 'a\\u001b[31mb' has control characters or is no UTF-8"},
       {"\"b\\0\": 1\n", "f.yaml:1:1: 'b\\u0000' has control characters or is no UTF-8"},
+      {"bus: \"a\\nb\\e\"\n",
+       "f.yaml:1:6: 'a\\u000ab\\u001b' has control characters or is no UTF-8"},
   };
   for (const auto& [text, expected] : broken) {
     const std::string refused = testing::refusal([text = text] { parse_yaml(text, "f.yaml"); });

@@ -27,6 +27,9 @@ void write_rig(const std::string& file, const image::Rig& rig);
 /// `calibrate hand-eye`.
 void add_hand_eye(CLI::App* calibrate, int& exit_code);
 
+/// `calibrate import`.
+void add_import(CLI::App* calibrate, int& exit_code);
+
 /// A table of an arm's poses, one row a picture.
 struct ArmPoses {
   std::vector<std::string> files;  ///< of the pictures, as written

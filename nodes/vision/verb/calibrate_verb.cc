@@ -378,6 +378,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
       ->expected(2);
   table_verb->callback([on, &exit_code] { exit_code = table(*on); });
   add_hand_eye(verb, exit_code);
+  add_import(verb, exit_code);
 }
 
 }  // namespace mimesis::tool
