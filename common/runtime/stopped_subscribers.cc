@@ -40,10 +40,10 @@ void StoppedSubscribers::note(const Frame& subscription) {
 }
 
 void StoppedSubscribers::look(Clock::time_point now) {
-  constexpr auto kPeriod = 500ms, kEnds = 3000ms;
-  if (now - looked_ < kPeriod) return;
+  constexpr auto kBetween = 500ms, kEnds = 3000ms;
+  if (now - looked_ < kBetween) return;
   // This process may have been stopped itself, and peers go on a moment after it.
-  const auto passed = std::min<Clock::duration>(now - looked_, 2 * kPeriod);
+  const auto passed = std::min<Clock::duration>(now - looked_, 2 * kBetween);
   looked_ = now;
   for (auto it = by_fd_.begin(); it != by_fd_.end();) {
     auto& [fd, peer] = *it;
