@@ -33,7 +33,7 @@ struct Imported {
 /// and T of OpenCV, p_2 = R p_1 + T; T_cn_cnm1, T_cam_imu or T_imu_cam of Kalibr; T_c1_c2 of
 /// ORB-SLAM. Lenses that k1 k2 p1 p2 k3 do not hold (rational, thin prism, equidistant, omni) are
 /// fitted by them, least squares over the picture, and refused if a pixel of it is off by more than
-/// 0.1.
+/// 0.25.
 /// @throws ConfigError "FILE:LINE:COLUMN: ..." for what is no calibration, is one of a lens that no
 ///   rig holds, or leaves open what `options` does not say
 Imported import_calibration(std::span<const ForeignFile> files, const ImportOptions& options);
