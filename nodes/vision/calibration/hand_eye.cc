@@ -590,7 +590,7 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
                                                  OnArm on_arm, std::vector<ArmShot> shots,
                                                  std::span<const PoseReading> readings) {
   // An arm's own errors stay below the first. The second is a picture that nobody predicts.
-  constexpr double kSuspect_px = 2.0, kLeastBad_px = 1.0, kTimesUsual = 6.0;
+  constexpr double kSuspect_px = 2.0, kLeastWrong_px = 1.0, kTimesUsual = 6.0;
   constexpr double kSizeSigmas = 4.0, kMost_px = 20.0;
   MIMESIS_ASSERT(!readings.empty());
   const auto refuse = [](std::string why) { return tl::unexpected(Status{std::move(why)}); };
@@ -620,7 +620,7 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
       std::string why = better_reading(problem, on_arm, shots, alone, readings, given_px);
       if (!why.empty()) return refuse(why);
     }
-    Noise noise{kLeastBad_px, 0.0, 0.0};
+    Noise noise{kLeastWrong_px, 0.0, 0.0};
     for (int i = 0; std::isfinite(out.rms_px) && i < 3; ++i) {
       noise = noise_of(problem, fit, samples);
       for (Sample& s : samples) s.weight = weight_of(problem, fit, s.A, s.alone.X_FB, noise);
@@ -630,7 +630,7 @@ tl::expected<HandEye, Status> calibrate_hand_eye(const Board& board, const image
     const Judged known = judged(problem, fit, samples, kRigid);
     const auto worst = std::ranges::max_element(known.held_out_px);
     const double usual = middle_value(known.held_out_px);
-    if (std::isfinite(out.rms_px) && *worst > std::max(kTimesUsual * usual, kLeastBad_px)) {
+    if (std::isfinite(out.rms_px) && *worst > std::max(kTimesUsual * usual, kLeastWrong_px)) {
       const auto at = worst - known.held_out_px.begin();
       out.rejected.push_back(
           {shots[static_cast<std::size_t>(at)].name,

@@ -20,7 +20,7 @@ const std::vector<Vector3d> kPoints{{0.1, -0.2, 1.0}, {-0.35, 0.2, 1.3}, {0.02, 
 
 ImportOptions dated() { return {.date = "2026-03-14"}; }
 
-Imported read(const std::vector<std::string>& texts, ImportOptions options = dated()) {
+Imported read(const std::vector<std::string>& texts, const ImportOptions& options = dated()) {
   std::vector<ForeignFile> files;
   for (const std::string& text : texts)
     files.push_back({"f" + std::to_string(files.size()) + ".yaml", text});
@@ -483,7 +483,7 @@ TEST(ForeignCalibration, AReaderOfRigsNamesThem) {
        std::vector<std::pair<std::string, std::string>>{{kRos, "a ROS camera_info"},
                                                         {kOpencv, "an OpenCV file"},
                                                         {kKalibr, "a Kalibr camchain"}})
-    EXPECT_EQ(testing::refusal([&] { model::parse_rig(text, "cam.yaml"); }),
+    EXPECT_EQ(testing::refusal([&text = text] { model::parse_rig(text, "cam.yaml"); }),
               "cam.yaml: is " + kind +
                   ", expected a rig: mimesis calibrate import cam.yaml --date "
                   "YYYY-MM-DD -o rig.yaml");
