@@ -431,7 +431,8 @@ class Builder {
     for (const std::string& link : excused) {
       try {
         read({link});
-      } catch (const ConfigError&) {  // nothing of it is checked, which is said
+      } catch (const ConfigError&) {
+        unread_.insert(link);  // nothing of it is checked, which is said
       }
     }
   }
@@ -613,7 +614,7 @@ class Builder {
     };
     for (const std::string& link : order_) {
       const bool covered = std::ranges::count(out_.links, link, &CoveredLink::link) > 0;
-      if (links_.at(link).frame > 0 && !covered) require(link, "");
+      if ((links_.at(link).frame > 0 || unread_.contains(link)) && !covered) require(link, "");
     }
     for (const auto& [link, joint] : loose_) require(link, joint);
   }
@@ -629,6 +630,7 @@ class Builder {
   std::vector<std::string> order_;            // of them: from base to tip, then the branches
   std::map<std::string, std::string> loose_;  // links that a joint beside the chain moves; which
   std::optional<Solids> solids_;              // once asked for
+  std::set<std::string> unread_;              // of without_geometry
 };
 
 /// `use`: what is done with the builder and what it has built.

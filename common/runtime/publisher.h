@@ -129,13 +129,16 @@ class Publisher {
         refused_ += message.more() ? 1 : 0;  // a subscription has one frame
       }
     }
-    bool waits = false;
+    bool others_wait = false;
     for (auto& [name, topic] : topics_) {
       if (!topic->waiting.empty()) flush(*topic);
-      waits |= !topic->waiting.empty();
+      others_wait |= !topic->waiting.empty() && topic->reliable_subscribers > 1;
     }
-    if (waits && !held_) stopped_.look(std::chrono::steady_clock::now());
+    if (others_wait && !held_) cut_stopped();
   }
+  /// Call while something waits: who was stopped by a signal is cut off after 3 s. One that nobody
+  /// waits for keeps its messages, up to the bound.
+  void cut_stopped() { stopped_.look(std::chrono::steady_clock::now()); }
   /// Reliable messages are held back until this is called: subscribers are still connecting.
   void release() {
     held_ = false;

@@ -14,7 +14,7 @@ class StoppedSubscribers {
   using Clock = std::chrono::steady_clock;
   /// A subscription of theirs.
   void note(const Frame& subscription);
-  /// Call while messages wait. Ends connections of those that have been stopped for 3 s of looking;
+  /// Call while others wait. Ends connections of those that have been stopped for 3 s of looking;
   /// once they go on they connect again, and count what they have missed.
   void look(Clock::time_point now);
 

@@ -716,6 +716,7 @@ void ZmqBus::flush(int stop_fd) {
   while (waiting > 0 && !impl_->behind) {
     std::this_thread::sleep_for(kRetry);
     impl_->serve();
+    impl_->publisher.cut_stopped();  // in lock-step all wait
     const std::uint64_t now_waiting = impl_->publisher.backlog();
     if (now_waiting < waiting) since = std::chrono::steady_clock::now();
     waiting = now_waiting;

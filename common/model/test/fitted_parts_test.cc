@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -250,6 +251,17 @@ TEST_F(FittedParts, MeshesOfAllFormatsAreTheSame) {
   }
   const CoveredArm larger = load_covered_arm(written(mesh("t.stl", "scale='2 -1 1'")));
   EXPECT_NEAR(larger.links[2].over->solid_m3, 2e-3 / 6.0, 0.06e-3 / 6.0) << "and mirrored";
+}
+
+/// Not even the base is left out in silence.
+TEST_F(FittedParts, GeometryThatCannotBeReadIsSaidToBeUnchecked) {
+  const std::string file = written(kRod, ", without_geometry: [l0]");
+  std::stringstream text;
+  text << std::ifstream(urdf_folder() / "arm.urdf").rdbuf();
+  std::string urdf = text.str();
+  urdf.replace(urdf.find(kRod), kRod.size(), mesh("none.stl"));
+  std::ofstream(urdf_folder() / "arm.urdf") << urdf;
+  EXPECT_EQ(load_arm(file).unchecked, std::vector<std::string>{"l0"});
 }
 
 /// Boxes of no size mark frames, balls of no size contact points.

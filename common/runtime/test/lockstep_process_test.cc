@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"
@@ -148,6 +149,35 @@ TEST(Lockstep, AStoppedSubscriberHoldsTimeUpOnce) {
       << nodes[0]->errors();
   EXPECT_EQ(nodes[1]->errors().find("stopped by a signal"), std::string::npos)
       << nodes[1]->errors();
+  listener.signal(SIGKILL);
+}
+
+TEST(StoppedSubscriber, KeepsItsMessagesUntilOthersWait) {
+  TestGraph graph;
+  Process listener(graph, kCounter, {"--name", "listener", "--in", "a=sender/out"});
+  TestNode sender(graph, {}, {{"out", "sender/out"}}, "sender");
+  Out<v1::Publication> out(sender.bus(), "out");
+  sender.open();
+  ASSERT_TRUE(sender.until([&] { return out.subscribers() > 0; }));
+  listener.signal(SIGSTOP);
+  v1::Publication m;
+  m.set_topic(std::string(10'000, 'x'));
+  constexpr std::uint64_t kCount = 1000;  // more than sockets take
+  for (std::uint64_t i = 1; i <= kCount; ++i) out.send(m, Time(i));
+  const auto began = std::chrono::steady_clock::now();
+  sender.until([&] { return std::chrono::steady_clock::now() - began > 4s; });
+  EXPECT_GT(sender.bus().backlog(), 0U) << "nobody else waits";
+  TestNode well(graph, {{"in", "sender/out"}}, {}, "well");
+  Reliable<v1::Publication> in(well.bus(), "in");
+  well.open();
+  ::testing::internal::CaptureStderr();
+  EXPECT_TRUE(sender.until([&] {
+    well.until([] { return true; });
+    out.send(m, 1s);
+    return in.pop().has_value();
+  }));
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("(mimesis_counter), stopped by a signal"), std::string::npos) << said;
   listener.signal(SIGKILL);
 }
 
