@@ -1,4 +1,5 @@
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct BoardOptions {
 };
 /// --board, --square-m, --json; `options` outlives the call.
 void add_board(CLI::App* verb, BoardOptions& options);
+
+/// A lens for reports: size, focal lengths, centre, distortion.
+nlohmann::ordered_json lens_report(const std::string& name, const image::Lens& lens);
 
 /// Replaces the file at once. @throws std::runtime_error if it cannot be written
 void write_rig(const std::string& file, const image::Rig& rig);

@@ -83,23 +83,17 @@ Json report_of(const Board& board, const vision::Calibrated& c,
   for (std::size_t i = 0; i < c.cameras.size(); ++i) {
     const image::Lens& lens = c.cameras[i].lens();
     const vision::Coverage& seen = c.coverage[i];
-    out["cameras"].push_back({{"name", names[i]},
-                              {"width_px", lens.width_px},
-                              {"height_px", lens.height_px},
-                              {"fx_px", lens.fx_px},
-                              {"fy_px", lens.fy_px},
-                              {"cx_px", lens.cx_px},
-                              {"cy_px", lens.cy_px},
-                              {"fx_2sigma_px", 2.0 * c.sigma[i].fx_px},
-                              {"fy_2sigma_px", 2.0 * c.sigma[i].fy_px},
-                              {"cx_2sigma_px", 2.0 * c.sigma[i].cx_px},
-                              {"cy_2sigma_px", 2.0 * c.sigma[i].cy_px},
-                              {"distortion", lens.distortion},
-                              {"mono_rms_px", c.mono_rms_px[i]},
-                              {"covered", seen.cells},
-                              {"tilt_deg", seen.tilt_deg},
-                              {"nearest_m", seen.nearest_m},
-                              {"farthest_m", seen.farthest_m}});
+    Json camera = lens_report(names[i], lens);
+    camera.update(Json{{"fx_2sigma_px", 2.0 * c.sigma[i].fx_px},
+                       {"fy_2sigma_px", 2.0 * c.sigma[i].fy_px},
+                       {"cx_2sigma_px", 2.0 * c.sigma[i].cx_px},
+                       {"cy_2sigma_px", 2.0 * c.sigma[i].cy_px},
+                       {"mono_rms_px", c.mono_rms_px[i]},
+                       {"covered", seen.cells},
+                       {"tilt_deg", seen.tilt_deg},
+                       {"nearest_m", seen.nearest_m},
+                       {"farthest_m", seen.farthest_m}});
+    out["cameras"].push_back(std::move(camera));
   }
   out["held_out"] = {{"reprojection_px", held.reprojection_px}, {"worst", held.worst}};
   if (c.cameras.size() > 1) {
@@ -304,6 +298,12 @@ void write_rig(const std::string& file, const image::Rig& rig) {
   std::error_code error;
   if (out) fs::rename(fresh, file, error);
   if (!out || error) throw std::runtime_error(file + ": cannot be written");
+}
+
+Json lens_report(const std::string& name, const image::Lens& lens) {
+  return {{"name", name},        {"width_px", lens.width_px},    {"height_px", lens.height_px},
+          {"fx_px", lens.fx_px}, {"fy_px", lens.fy_px},          {"cx_px", lens.cx_px},
+          {"cy_px", lens.cy_px}, {"distortion", lens.distortion}};
 }
 
 void add_board(CLI::App* verb, BoardOptions& options) {

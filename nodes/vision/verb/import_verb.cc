@@ -57,17 +57,10 @@ int import(ImportArguments& arguments) {
   write_rig(arguments.out, imported.rig);
   nlohmann::ordered_json report{{"kind", imported.kind}, {"cameras", nlohmann::json::array()}};
   for (const image::RigCamera& c : imported.rig.cameras) {
-    const image::Lens& lens = c.camera.lens();
     const Eigen::Vector3d& eye = c.camera.eye();
-    report["cameras"].push_back({{"name", c.name},
-                                 {"width_px", lens.width_px},
-                                 {"height_px", lens.height_px},
-                                 {"fx_px", lens.fx_px},
-                                 {"fy_px", lens.fy_px},
-                                 {"cx_px", lens.cx_px},
-                                 {"cy_px", lens.cy_px},
-                                 {"distortion", lens.distortion},
-                                 {"position_m", {eye.x(), eye.y(), eye.z()}}});
+    nlohmann::ordered_json camera = lens_report(c.name, c.camera.lens());
+    camera["position_m"] = {eye.x(), eye.y(), eye.z()};
+    report["cameras"].push_back(std::move(camera));
   }
   report["said"] = imported.said;
   report["file"] = arguments.out;
