@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kFarBody_m = 1e5, kLongest_s = 10.0;
+constexpr double kRates_s = 0.05;
 constexpr Guests::Time kTwice = std::chrono::seconds(2);  // that two move an agent is said for
 
 bool takes_part(v1::WalkState state) {
@@ -183,24 +184,28 @@ void Guests::take_robot(const v1::WalkFeedback& robot, Time now) {
   hear_body(number, 0, report, Time(robot.header().stamp_ns()), now, steps ? kPi / step : 0.0);
 }
 
-/// Rates that it does not say are those since the message before; it walks where its pelvis does in
-/// the mean.
+/// Rates that it does not say are means over kRates_s at least: each state is one step after the
+/// one before, but on a busy machine's wall clock it may be stamped much sooner after it. The agent
+/// walks where its pelvis does in the mean.
 void Guests::hear_body(int number, int character, AgentReport report, Time stamp, Time now,
                        std::optional<double> phase_rate_rad_s) {
   const AgentId id = run_.roster().external_id(number);
   const auto [known, comes] = bodies_.try_emplace(number);
   Body& body = known->second;
   body.character = character;
-  if (!comes && stamp <= body.stamp) return;
-  const double dt = to_seconds(stamp - body.stamp);
-  if (!comes) {
+  if (!comes && stamp <= body.states.back().stamp) return;
+  const auto old = [&](const Body::State& s) { return to_seconds(stamp - s.stamp) >= kRates_s; };
+  while (body.states.size() > 1 && old(body.states[1])) body.states.pop_front();
+  const bool rates = !comes && old(body.states.front());
+  if (rates) {
+    const Body::State& before = body.states.front();
+    const double dt = to_seconds(stamp - before.stamp);
     const Eigen::Vector2d ahead(std::cos(report.heading_rad), std::sin(report.heading_rad));
     report.phase_rate_rad_s =
-        phase_rate_rad_s.value_or(math::wrap_pi(report.phase_rad - body.report.phase_rad) / dt);
-    report.speed_m_s = (report.p_W_m - body.report.p_W_m).dot(ahead) / dt;
+        phase_rate_rad_s.value_or(math::wrap_pi(report.phase_rad - before.report.phase_rad) / dt);
+    report.speed_m_s = (report.p_W_m - before.report.p_W_m).dot(ahead) / dt;
   }
-  body.report = report;
-  body.stamp = stamp;
+  body.states.push_back({stamp, report});
   const int group = run_.crowd().group_of(id).value_or(run_.roster().home(id));
   const SpeedFunction& gait = run_.crowd().group(group).gait;
   const AgentReport walker = body.path.step(report, stamp, gait);
@@ -208,7 +213,7 @@ void Guests::hear_body(int number, int character, AgentReport report, Time stamp
   if (body.asked_rad && body.path.cycle_m() > 0.0) {
     body.heading.learn(*body.asked_rad, walker.heading_rad, body.path.advance());
   }
-  if (!comes) hear(number, walker, stamp, now);
+  if (rates) hear(number, walker, stamp, now);
 }
 
 std::vector<Guests::Change> Guests::judge(Time now, Time state_time) {

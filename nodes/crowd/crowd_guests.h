@@ -1,4 +1,5 @@
 #pragma once
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -48,11 +49,14 @@ class Guests {
   }
 
  private:
-  /// An agent with a body: its last state, rates as differences, and its steps.
+  /// An agent with a body: its states of the last moments, for its rates, and its steps.
   struct Body {
-    int character = 0;  // of its node
-    AgentReport report;
-    Time stamp{};
+    struct State {
+      Time stamp;
+      AgentReport report;
+    };
+    int character = 0;         // of its node
+    std::deque<State> states;  // the first is the newest that is old enough for rates
     PathFilter path;
     StepGain step;
     HeadingTrim heading;
