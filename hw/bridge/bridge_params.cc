@@ -1,6 +1,7 @@
 #include "hw/bridge/bridge_params.h"
 
 #include <map>
+#include <random>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -8,6 +9,7 @@
 #include "hw/joints/machine.h"
 #include "hw/outside/recorded.h"
 #include "hw/powercube/driver.h"
+#include "hw/udp/driver.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -86,9 +88,35 @@ std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
       open_bus(buses[0].can, request, axes));
 }
 
+std::unique_ptr<Actuators> make_udp(const ActuatorsRequest& request) {
+  const auto& [p, joints, stays_powered, graph, frames] = request;
+  if (p.controller.empty())
+    throw ConfigError("controller: expected HOST:PORT of the controller, since " + p.robot +
+                      " has drives: udp");
+  if (stays_powered)
+    throw ConfigError(p.robot +
+                      ": drives: udp of a robot that walks: its stop takes the power away");
+  // Equal runs in lock-step have equal records.
+  const auto session = runtime::read_outside_value<std::uint32_t>(
+      graph, "udp", [&] { return graph.lockstep() ? 1u : std::random_device{}() | 1u; });
+  return std::make_unique<udp::Driver>(
+      udp::DriverOptions{
+          .address = p.controller,
+          .names = joints.names,
+          .limits = joints.limits,
+          .rate_hz = joints.rate_hz,
+          .boot_timeout_s = p.boot_timeout_s,
+          .feedback_timeout_s = p.feedback_timeout_s > 0.0 ? p.feedback_timeout_s : kPatience_s,
+          .tracking_window_rad =
+              p.tracking_window_rad > 0.0 ? p.tracking_window_rad : kTracking_rad,
+          .session = session,
+          .readonly = p.readonly},
+      outside::open_udp(p.controller, graph));
+}
+
 std::map<std::string, MakeActuators>& known_actuators() {
-  static std::map<std::string, MakeActuators> kinds{{"cia402", make_cia402},
-                                                    {"powercube", make_powercube}};
+  static std::map<std::string, MakeActuators> kinds{
+      {"cia402", make_cia402}, {"powercube", make_powercube}, {"udp", make_udp}};
   return kinds;
 }
 

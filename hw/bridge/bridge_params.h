@@ -19,6 +19,7 @@ struct BridgeParams {
   std::string machine{};             ///< machine file instead of `robot`, `buses` and `axes`
   std::string can = "embedded:arm";  ///< bus of the drives, see hw/can/bus.h
   std::vector<BusShare> buses{};     ///< several buses instead of `can`
+  std::string controller{};          ///< HOST:PORT of the joints' controller, of `drives: udp`
   std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, rtu:DEVICE, or empty
   /// which kind of hand it is: a file of models/hands, see docs/hardware
   std::string hand_profile = "hands/robotiq_3f.yaml";
@@ -58,6 +59,7 @@ struct BridgeParams {
     v.file("machine", machine, "machine");
     v("can", can);
     runtime::list(v, "buses", buses);
+    v("controller", controller);
     v("hand", hand);
     v.file("hand_profile", hand_profile, "hand");
     v("on_hand_fault", on_hand_fault, {"go_on", "stop"});
@@ -101,7 +103,8 @@ using MakeActuators = std::function<std::unique_ptr<Actuators>(const ActuatorsRe
 
 /// Makes `kind` known to nodes constructed later: a robot with `drives: kind` in its file gets the
 /// result of `make`. To be called by main() before run_node(), on one thread. Known from the start:
-/// "cia402" (CANopen drives on the buses of the parameters) and "powercube" (modules on one bus).
+/// "cia402" (CANopen drives on the buses of the parameters), "powercube" (modules on one bus) and
+/// "udp" (a controller that takes datagrams, hw/udp).
 void add_actuators(const std::string& kind, MakeActuators make);
 
 /// The actuators of `request.joints.drives`. @throws ConfigError that lists the known kinds

@@ -184,6 +184,75 @@ void RecordedHand::stop() noexcept {
 
 namespace {
 
+constexpr std::string_view kUdp = "udp";
+
+class RecordedLink final : public udp::Link {
+ public:
+  RecordedLink(std::unique_ptr<udp::Link> link, runtime::Bus& graph)
+      : link_(std::move(link)), graph_(graph) {}
+
+  bool send(std::string_view datagram) override {
+    graph_.outside().written(kUdp, datagram);
+    return runtime::read_outside_value<std::uint8_t>(
+               graph_, kUdp, [&] { return static_cast<std::uint8_t>(link_->send(datagram)); }) != 0;
+  }
+
+  std::vector<std::string> receive() override {
+    const std::string heard = runtime::read_outside(graph_, kUdp, [&] {
+      std::string bytes;
+      log::Encoder out(bytes);
+      for (const std::string& datagram : link_->receive()) out.string(datagram);
+      return bytes;
+    });
+    std::vector<std::string> all;
+    for (log::Decoder in(heard); in.ok() && in.left() > 0;) all.emplace_back(in.string());
+    return all;
+  }
+
+ private:
+  std::unique_ptr<udp::Link> link_;
+  runtime::Bus& graph_;
+};
+
+}  // namespace
+
+std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& graph) {
+  graph.outside().opens({.kind = std::string(kUdp), .address = address});
+  const bool live = !graph.outside().replaying();
+  return std::make_unique<RecordedLink>(live ? udp::connect(address) : nullptr, graph);
+}
+
+RecordedEndpoint::RecordedEndpoint(const std::string& address, runtime::Bus& graph)
+    : graph_(graph) {
+  graph.outside().opens({.kind = std::string(kUdp), .address = address});
+  if (!graph.outside().replaying()) endpoint_ = std::make_unique<udp::Endpoint>(address);
+}
+
+std::vector<udp::Endpoint::Datagram> RecordedEndpoint::receive() {
+  const std::string heard = runtime::read_outside(graph_, kUdp, [&] {
+    std::string bytes;
+    log::Encoder out(bytes);
+    for (const auto& [from, datagram] : endpoint_->receive()) {
+      out.string(from);
+      out.string(datagram);
+    }
+    return bytes;
+  });
+  std::vector<udp::Endpoint::Datagram> all;
+  for (log::Decoder in(heard); in.ok() && in.left() > 0;) {
+    std::string from(in.string());
+    all.push_back({std::move(from), std::string(in.string())});
+  }
+  return all;
+}
+
+void RecordedEndpoint::send(const std::string& to, std::string_view bytes) {
+  graph_.outside().written(kUdp, bytes);
+  if (endpoint_) endpoint_->send(to, bytes);
+}
+
+namespace {
+
 constexpr std::string_view kStop = "stop";
 constexpr std::chrono::milliseconds kTimeout(50), kTimeoutLockstep(2000);
 

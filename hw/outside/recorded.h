@@ -6,6 +6,7 @@
 #include "hw/can/bus.h"
 #include "hw/modbus/hand.h"
 #include "hw/modbus/stop_input.h"
+#include "hw/udp/link.h"
 
 namespace mimesis::hw::outside {
 
@@ -44,6 +45,27 @@ class RecordedHand {
   runtime::Bus& graph_;
   std::unique_ptr<modbus::HandDriver> driver_;  // null in a replay
   modbus::HandReading reading_;
+};
+
+/// The controller at `address` (hw/udp/link.h) for a node of the graph: its datagrams pass
+/// `graph.outside()` under the name "udp"; in a replay nothing is opened. Layout, little-endian:
+///   send     writes the datagram, then reads u8: it left
+///   receive  reads for each datagram u32 length, its bytes
+/// @throws ConfigError as udp::connect
+std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& graph);
+
+/// The controller's side likewise; what is received is, for each datagram, u32 length, HOST:PORT,
+/// u32 length, its bytes.
+class RecordedEndpoint {
+ public:
+  /// @throws ConfigError as udp::Endpoint
+  RecordedEndpoint(const std::string& address, runtime::Bus& graph);
+  std::vector<udp::Endpoint::Datagram> receive();
+  void send(const std::string& to, std::string_view bytes);
+
+ private:
+  runtime::Bus& graph_;
+  std::unique_ptr<udp::Endpoint> endpoint_;  // null in a replay
 };
 
 /// What demands an emergency stop from outside of the graph: signal SIGUSR1, and a circuit at a

@@ -1,7 +1,8 @@
 // Full cycles on the embedded bus: set-points and SYNC out, the drives answer in the same thread,
 // feedback in. With and without the drives' own work. Seven axes of an arm on one bus; thirty of a
 // biped on four. `paced`: on the wall clock, the drives in another process, which asks the bus
-// every 50 us; MIMESIS_BENCH_S seconds (10).
+// every 50 us; MIMESIS_BENCH_S seconds (10). `paced_udp`: the same with seven joints of a
+// controller that takes datagrams.
 #include <benchmark/benchmark.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -23,6 +24,8 @@
 #include "common/time.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/sim/cia402/drive.h"
+#include "hw/sim/udp/controller.h"
+#include "hw/udp/driver.h"
 
 namespace mimesis::hw {
 namespace {
@@ -167,6 +170,29 @@ double microseconds_at(std::vector<Time>& times, double share) {
   return 1e6 * to_seconds(*at);
 }
 
+double wanted_s() {
+  const char* asked = std::getenv("MIMESIS_BENCH_S");
+  return asked != nullptr ? std::atof(asked) : 10.0;
+}
+
+/// Times of cycles: how late this process woke, and until all was answered.
+struct Cycles {
+  std::vector<Time> late{}, whole{};
+  std::uint64_t slept = 0, unanswered = 0;  ///< cycles
+
+  void show(benchmark::State& state) {
+    if (late.empty() || whole.empty()) return;
+    state.counters["wake_p50_us"] = microseconds_at(late, 0.5);
+    state.counters["wake_p99_us"] = microseconds_at(late, 0.99);
+    state.counters["wake_max_us"] = microseconds_at(late, 1.0);
+    state.counters["cycle_p50_us"] = microseconds_at(whole, 0.5);
+    state.counters["cycle_p99_us"] = microseconds_at(whole, 0.99);
+    state.counters["cycles"] = static_cast<double>(late.size());
+    state.counters["incomplete"] = static_cast<double>(unanswered + slept);
+    state.counters["left_out"] = static_cast<double>(slept);  // because this process slept
+  }
+};
+
 /// A cycle: from the time it is due until thirty drives have answered its SYNC, as another
 /// participant of the buses sees it. Incomplete: not all have until the next is due, or this
 /// process slept over it.
@@ -174,17 +200,15 @@ void paced(benchmark::State& state) {
   const std::vector<int> on_bus{6, 6, 9, 9};
   const std::string directory = new_folder();
   if (directory.empty()) return state.SkipWithError("no folder in /dev/shm");
-  const char* asked = std::getenv("MIMESIS_BENCH_S");
-  const double seconds = asked != nullptr ? std::atof(asked) : 10.0;
+  const double seconds = wanted_s();
   const double rate_hz = static_cast<double>(state.range(0));
   const Time period = from_seconds(1.0 / rate_hz);
   const bool fifo = state.range(1) != 0;
   if (fifo && !real_time(0)) return state.SkipWithError("no right to SCHED_FIFO");
   const pid_t child = fork_drives(on_bus, directory, fifo);
-  std::vector<Time> late, whole;
-  late.reserve(static_cast<std::size_t>(seconds * rate_hz) + 1);
-  whole.reserve(late.capacity());
-  std::uint64_t slept = 0, unanswered = 0;  // cycles
+  Cycles cycles;
+  cycles.late.reserve(static_cast<std::size_t>(seconds * rate_hz) + 1);
+  cycles.whole.reserve(cycles.late.capacity());
   const double stolen_before_s = stolen_s();
   for (auto _ : state) {
     Bench bench(on_bus, directory, Part::driver, rate_hz);
@@ -213,9 +237,9 @@ void paced(benchmark::State& state) {
       phase = bench.cycle(due < enabled_after ? Mode::idle : Mode::follow);
       while (answered.count() < 30 && wall() < due + period - 20us) look();
       if (due < end - from_seconds(seconds)) continue;
-      late.push_back(woken - due);
-      answered.count() == 30 ? whole.push_back(wall() - due) : (void)++unanswered;
-      while (wall() > due + period) due += period, ++slept;  // left out
+      cycles.late.push_back(woken - due);
+      answered.count() == 30 ? cycles.whole.push_back(wall() - due) : (void)++cycles.unanswered;
+      while (wall() > due + period) due += period, ++cycles.slept;  // left out
     }
     if (phase != Phase::following) state.SkipWithError(bench.driver->read(wall()).reason.c_str());
   }
@@ -224,17 +248,103 @@ void paced(benchmark::State& state) {
   const double stolen_ms = 1e3 * (stolen_s() - stolen_before_s);
   usual_time();
   std::filesystem::remove_all(directory);
-  if (late.empty() || whole.empty()) return;
-  state.counters["wake_p50_us"] = microseconds_at(late, 0.5);
-  state.counters["wake_p99_us"] = microseconds_at(late, 0.99);
-  state.counters["wake_max_us"] = microseconds_at(late, 1.0);
-  state.counters["cycle_p50_us"] = microseconds_at(whole, 0.5);
-  state.counters["cycle_p99_us"] = microseconds_at(whole, 0.99);
-  state.counters["cycles"] = static_cast<double>(late.size());
-  state.counters["incomplete"] = static_cast<double>(unanswered + slept);
-  state.counters["left_out"] = static_cast<double>(slept);  // of these, because this process slept
+  cycles.show(state);
   state.counters["stolen_ms"] = stolen_ms;
 }
+
+/// Shows the newest state on the way to the driver.
+class WatchedLink final : public udp::Link {
+ public:
+  WatchedLink(std::unique_ptr<udp::Link> link, std::uint32_t& heard)
+      : link_(std::move(link)), heard_(heard) {}
+  bool send(std::string_view datagram) override { return link_->send(datagram); }
+  std::vector<std::string> receive() override {
+    take();
+    return std::exchange(kept_, {});
+  }
+  void take() {
+    for (std::string& datagram : link_->receive()) {
+      if (const auto state = udp::decode_state(datagram)) heard_ = state->header.heard;
+      kept_.push_back(std::move(datagram));
+    }
+  }
+
+ private:
+  std::unique_ptr<udp::Link> link_;
+  std::uint32_t& heard_;
+  std::vector<std::string> kept_;
+};
+
+pid_t fork_controller(const std::string& address, bool fifo) {
+  const pid_t child = fork();
+  if (child != 0) return child;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (fifo) real_time(1);
+  udp::Endpoint endpoint(address);
+  sim::Controller controller({.home_rad = std::vector<double>(7, 0.0),
+                              .v_max_rad_s = std::vector<double>(7, 2.0),
+                              .a_max_rad_s2 = std::vector<double>(7, 10.0)});
+  for (;;) {
+    for (const auto& [from, bytes] : endpoint.receive()) {
+      controller.handle(from, bytes, wall());
+      controller.advance(wall());
+      endpoint.send(from, controller.state());
+    }
+    sleep_until(wall() + 50us);
+  }
+}
+
+/// A cycle: from the time it is due until the controller's state answers its command.
+void paced_udp(benchmark::State& state) {
+  const std::string address = "127.0.0.1:38219";
+  const double seconds = wanted_s(), rate_hz = static_cast<double>(state.range(0));
+  const Time period = from_seconds(1.0 / rate_hz);
+  const bool fifo = state.range(1) != 0;
+  if (fifo && !real_time(0)) return state.SkipWithError("no right to SCHED_FIFO");
+  const pid_t child = fork_controller(address, fifo);
+  Cycles cycles;
+  for (auto _ : state) {
+    const auto all = [](double x) { return Eigen::VectorXd::Constant(7, x); };
+    std::uint32_t heard = 0;
+    auto link = std::make_unique<WatchedLink>(udp::connect(address), heard);
+    WatchedLink& watched = *link;
+    udp::Driver driver(
+        {.address = address,
+         .names = std::vector<std::string>(7, "joint"),
+         .limits = {.q_min = all(-2), .q_max = all(2), .v_max = all(2), .a_max = all(10)},
+         .rate_hz = rate_hz},
+        std::move(link));
+    const std::vector<double> q(7, 0.0);
+    Phase phase = Phase::starting;
+    Time due = wall() + 10ms;
+    const Time enabled_after = due + 1s, begin = due + 2s, end = begin + from_seconds(seconds);
+    for (; due < end; due += period) {
+      sleep_until(due);
+      const Time woken = wall();
+      phase = driver.read(woken).phase;
+      driver.write(woken,
+                   {.mode = due < enabled_after ? Mode::idle : Mode::follow, .position_rad = q});
+      const auto sent = static_cast<std::uint32_t>(driver.traffic().sent);
+      while (heard != sent && wall() < due + period - 20us) watched.take();
+      if (due < begin) continue;
+      cycles.late.push_back(woken - due);
+      heard == sent ? cycles.whole.push_back(wall() - due) : (void)++cycles.unanswered;
+      while (wall() > due + period) due += period, ++cycles.slept;
+    }
+    if (phase != Phase::following) state.SkipWithError(driver.read(wall()).reason.c_str());
+  }
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  usual_time();
+  cycles.show(state);
+}
+BENCHMARK(paced_udp)
+    ->ArgNames({"hz", "fifo"})
+    ->Args({1000, 0})
+    ->Args({1000, 1})
+    ->Iterations(1)
+    ->Unit(benchmark::kSecond);
+
 BENCHMARK(paced)
     ->ArgNames({"hz", "fifo"})
     ->Args({200, 0})

@@ -13,6 +13,7 @@
 #include "hw/sim/cia402/drive.h"
 #include "hw/sim/hand/hand.h"
 #include "hw/sim/powercube/module.h"
+#include "hw/sim/udp/udp_node.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -390,6 +391,28 @@ TEST(ActuatorsOfAnotherKind, MayBePowerCubeModules) {
   for (int k = 0; k < 20; ++k) step();
   EXPECT_NEAR(modules[3].position_rad(), target[3], 1e-3);
   EXPECT_EQ(modules[3].state() & 0x4u, 0u) << "not halted";
+}
+
+TEST(ActuatorsOfAnotherKind, MayBeAControllerOfDatagrams) {
+  testing::Loopback graph, other;
+  const std::string robot = robot_with(graph, "drives", "udp");
+  sim::UdpNode arm({.address = "127.0.0.1:38218", .robot = robot}, other);
+  BridgeNode node({.robot = robot, .controller = "127.0.0.1:38218", .hand = "", .enable = "auto"},
+                  graph);
+  Eigen::VectorXd target = load_joints(robot).home;
+  Time now = 1s;
+  std::string state;
+  for (int k = 0; k < 320; ++k) {
+    if (k >= 200 && k < 300) target[3] += 0.001;
+    if (const std::string said = stream_at(target, 1, node, graph, now); !said.empty())
+      state = said;
+    arm.step(now + 2500us);
+  }
+  EXPECT_EQ(state, "following");
+  EXPECT_NEAR(other.take_last<v1::JointState>("joint_states")->position_rad(3), target[3], 1e-6);
+  EXPECT_NE(testing::refusal([&] { BridgeNode({.robot = robot, .hand = ""}, other); }, "accepted")
+                .find("controller: expected HOST:PORT"),
+            std::string::npos);
 }
 
 TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
