@@ -19,6 +19,11 @@ struct Axis {
   int stop_bit = -1;  ///< bit of 60FDh: 1 while an emergency stop's circuit is closed; -1: none
   /// what this drive may lack although it protects: "no_6007", "no_bit12"; docs/hardware
   std::vector<std::string> accept{};
+  /// node guarding (100Ch, 100Dh) in the place of heartbeats (1016h, 1017h), which it lacks
+  bool guarding = false;
+  /// what its set-points are: csp (cyclic synchronous position), csv (.. velocity), pv (profile
+  /// velocity); by velocity the bridge closes the loop of the position
+  std::string mode = "csp";
 
   bool accepts(std::string_view lack) const { return std::ranges::count(accept, lack) > 0; }
 
@@ -31,6 +36,8 @@ struct Axis {
     v("offset_rad", offset_rad, -1e3, 1e3);
     v("stop_bit", stop_bit, -1, 31);
     v("accept", accept);
+    v("guarding", guarding);
+    v("mode", mode, {"csp", "csv", "pv"});
   }
 
   std::int32_t to_increments(double rad) const;  ///< position; saturates

@@ -27,6 +27,7 @@ bool is_missing(std::uint32_t abort_code) {
 bool protects(Object object) {
   return object == object::kQuickStopOption || object == object::kAbortOption ||
          object == object::kMasterHeartbeat || object == object::kHeartbeatLost ||
+         object == object::kGuardTime || object == object::kLifeTimeFactor ||
          object == object::kRpdo1Deadline || object == object::kFollowingWindow ||
          object == object::kFollowingTime;
 }
@@ -68,6 +69,8 @@ void AxisMaster::restart() {
   mode_shown_ = false;
   mode_reads_ = 0;
   beats_ = watches_ = deadline_ = true;
+  toggle_.reset();
+  alternates_ = false;
   misses_ = 0;
   asked_ = std::nullopt;
   demand_rad_ = std::nullopt;
@@ -117,8 +120,12 @@ void AxisMaster::next_step() {
 /// The last way: what the axis may accept.
 std::string AxisMaster::way_on(const SetupStep& step) const {
   if (step.lost == nullptr) return {};
-  return fmt::format("; `accept: [{}]` of its axis uses it without: {}", lack_of(step.object),
-                     step.lost);
+  const bool beat =
+      step.object == object::kMasterHeartbeat || step.object == object::kHeartbeatTime;
+  return fmt::format(
+      "; {}`accept: [{}]` of its axis uses it without: {}",
+      beat ? "`guarding: true` of its axis uses node guarding (100Ch) instead; " : "",
+      lack_of(step.object), step.lost);
 }
 
 /// A drive with PDOs of its own must carry what moves it and what shows its state.
@@ -146,7 +153,7 @@ void AxisMaster::check_maps() {
 }
 
 void AxisMaster::note(const SetupStep& step, std::uint32_t code, const std::string& consequence) {
-  if (step.object == object::kHeartbeatTime) beats_ = false;
+  if (step.object == object::kHeartbeatTime && !axis_.guarding) beats_ = false;
   if (step.object == object::kMasterHeartbeat) watches_ = false;
   if (step.object == object::kRpdo1Deadline) deadline_ = false;
   if (consequence.empty()) return;
@@ -236,6 +243,10 @@ void AxisMaster::reset_fault(Time now) {
   controlword = raised ? controlword::kDisableVoltage : controlword::kFaultReset;
 }
 
+void AxisMaster::guard(std::vector<can::Frame>& out) const {
+  if (axis_.guarding && configured()) out.push_back(guard_request(axis_.node_id));
+}
+
 void AxisMaster::audit(std::vector<can::Frame>& out) {
   if (audited_.empty()) return;
   audit_ = (audit_ + 1) % audited_.size();
@@ -309,11 +320,17 @@ void AxisMaster::handle(const Identity& id, const can::Frame& frame, Time now) {
     case Identity::Kind::sdo_response:
       return on_response(parse_sdo_response(frame));
     case Identity::Kind::heartbeat:
-      heartbeat_seen_ = now;
       if (frame.length == 1 && frame.data[0] == static_cast<std::uint8_t>(NmtState::boot_up)) {
         rebooted_ = configured();
         if (!configured()) restart();
+      } else if (axis_.guarding && frame.length == 1) {
+        // An answer that repeats the bit comes from the controller of a program that hangs.
+        const bool toggle = (frame.data[0] & 0x80) != 0;
+        const std::optional<bool> before = std::exchange(toggle_, toggle);
+        if (before == toggle) return;
+        alternates_ = before.has_value();
       }
+      heartbeat_seen_ = now;
       return;
     case Identity::Kind::emergency:
       emergency_ = static_cast<std::uint16_t>(unsigned_at(frame, 0, 2).value_or(0));
@@ -362,7 +379,7 @@ void AxisMaster::take_in(const std::vector<Mapped>& map, const can::Frame& frame
     }
   }
   heard_ = position_known_ && reading_.drive != DriveState::unknown &&
-           (stop_known_ || axis_.stop_bit < 0);
+           (stop_known_ || axis_.stop_bit < 0) && (alternates_ || !axis_.guarding);
 }
 
 std::int32_t AxisMaster::commanded(Object object) const {

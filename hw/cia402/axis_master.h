@@ -37,6 +37,9 @@ class AxisMaster {
     misses_ = 0;
   }
 
+  /// Appends the request of node guarding to a configured drive that is watched so.
+  void guard(std::vector<can::Frame>& out) const;
+
   /// Precondition: configured(). Appends a request for the next object that stops the drive when
   /// its master is lost or it does not follow: another program on the bus may change it.
   void audit(std::vector<can::Frame>& out);
@@ -92,13 +95,21 @@ class AxisMaster {
   /// RPDO1: controlword and the target of the mode as the drive has mapped them.
   can::Frame command() const;
 
+  /// Its set-points are velocities.
+  bool by_velocity() const {
+    return mode_ == static_cast<int>(OperationMode::cyclic_velocity) ||
+           mode_ == static_cast<int>(OperationMode::profile_velocity);
+  }
+  /// Bit 12 of its statusword says whether it follows. [CiA 402-2, cyclic synchronous modes]
+  bool tells_following() const { return mode_ >= static_cast<int>(OperationMode::cyclic_position); }
+
   const std::string& name() const { return name_; }
   const Axis& axis() const { return axis_; }
 
   // controlword of the next frame; kept here because a fault reset is an edge
   std::uint16_t controlword = 0;
   double target_rad = 0.0;    ///< of position modes
-  double target_rad_s = 0.0;  ///< of cyclic velocity
+  double target_rad_s = 0.0;  ///< of velocity modes
   double target_n_m = 0.0;    ///< of cyclic torque
 
  private:
@@ -133,6 +144,8 @@ class AxisMaster {
   std::uint32_t shown_mode_ = 0;  // last
   int mode_reads_ = 0;
   bool beats_ = true, watches_ = true, deadline_ = true;  // heartbeats both ways, 1400:05
+  std::optional<bool> toggle_;                            // of the last answer to guarding
+  bool alternates_ = false;                               // it has changed
   Time raised_at_{};                                      // of the fault reset
   std::vector<SetupStep> steps_;  // the wanted ones, changed by what the drive refuses
   std::size_t step_ = 0;

@@ -138,6 +138,13 @@ Frame heartbeat(int node, NmtState state) {
   return f;
 }
 
+Frame guard_request(int node) {
+  Frame f = frame(kHeartbeat, node);
+  f.id |= can::kRemoteFlag;
+  f.length = 1;
+  return f;
+}
+
 Frame emergency(int node, std::uint16_t code, std::uint8_t error_register) {
   Frame f = frame(kEmergency, node);
   append(f, code, 2);

@@ -31,6 +31,8 @@ enum class NmtState : std::uint8_t {
 can::Frame nmt(Nmt command, int node);  ///< node 0: all
 can::Frame sync();
 can::Frame heartbeat(int node, NmtState state);
+/// Remote request of node guarding; the node answers as with a heartbeat, with bit 7 alternating.
+can::Frame guard_request(int node);
 /// Emergency: error code, error register 1001h, five bytes of the manufacturer (zero).
 can::Frame emergency(int node, std::uint16_t code, std::uint8_t error_register);
 

@@ -46,6 +46,7 @@ DriveState next_towards_enabled(DriveState state, QuickStop quick_stop = QuickSt
 /// Mode of operation 6060h.
 enum class OperationMode : std::int8_t {
   profile_position = 1,
+  profile_velocity = 3,
   homing = 6,
   cyclic_position = 8,
   cyclic_velocity = 9,
@@ -53,13 +54,13 @@ enum class OperationMode : std::int8_t {
 };
 
 namespace object {
-inline constexpr Object kDeviceType{0x1000, 0}, kMasterHeartbeat{0x1016, 1},
-    kHeartbeatTime{0x1017, 0}, kHeartbeatLost{0x1029, 1}, kRpdo1Deadline{0x1400, 5},
-    kAbortOption{0x6007, 0}, kControlword{0x6040, 0}, kStatusword{0x6041, 0},
-    kQuickStopOption{0x605A, 0}, kMode{0x6060, 0}, kModeDisplay{0x6061, 0}, kDemand{0x6062, 0},
-    kPosition{0x6064, 0}, kFollowingWindow{0x6065, 0}, kFollowingTime{0x6066, 0},
-    kVelocity{0x606C, 0}, kTargetTorque{0x6071, 0}, kTorque{0x6077, 0}, kTarget{0x607A, 0},
-    kPositionMin{0x607D, 1}, kPositionMax{0x607D, 2}, kMaxVelocity{0x607F, 0},
+inline constexpr Object kDeviceType{0x1000, 0}, kGuardTime{0x100C, 0}, kLifeTimeFactor{0x100D, 0},
+    kMasterHeartbeat{0x1016, 1}, kHeartbeatTime{0x1017, 0}, kHeartbeatLost{0x1029, 1},
+    kRpdo1Deadline{0x1400, 5}, kAbortOption{0x6007, 0}, kControlword{0x6040, 0},
+    kStatusword{0x6041, 0}, kQuickStopOption{0x605A, 0}, kMode{0x6060, 0}, kModeDisplay{0x6061, 0},
+    kDemand{0x6062, 0}, kPosition{0x6064, 0}, kFollowingWindow{0x6065, 0},
+    kFollowingTime{0x6066, 0}, kVelocity{0x606C, 0}, kTargetTorque{0x6071, 0}, kTorque{0x6077, 0},
+    kTarget{0x607A, 0}, kPositionMin{0x607D, 1}, kPositionMax{0x607D, 2}, kMaxVelocity{0x607F, 0},
     kProfileVelocity{0x6081, 0}, kProfileAcceleration{0x6083, 0}, kProfileDeceleration{0x6084, 0},
     kQuickStopDeceleration{0x6085, 0}, kHomingMethod{0x6098, 0}, kHomingSearchSpeed{0x6099, 1},
     kHomingZeroSpeed{0x6099, 2}, kHomingAcceleration{0x609A, 0}, kPeriodValue{0x60C2, 1},

@@ -366,7 +366,8 @@ class Comparison {
       }
     }
     const auto missing = [&](Object each) { return !eds_.find(each).has_value(); };
-    if (missing(object::kMasterHeartbeat) && missing(object::kRpdo1Deadline)) {
+    const bool guarded = std::ranges::count(steps_, object::kGuardTime, &SetupStep::object) > 0;
+    if (!guarded && missing(object::kMasterHeartbeat) && missing(object::kRpdo1Deadline)) {
       out_.push_back({Lack::unusable,
                       "nothing stops it when the bridge is lost: it lacks 1016:01 and 1400:05",
                       ""});

@@ -60,7 +60,8 @@ JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> b
                                     .v_max = l.v_max[k],
                                     .a_max = l.a_max[k],
                                     .following_window_rad = options_.following_window_rad,
-                                    .following_time_s = options_.following_time_s},
+                                    .following_time_s = options_.following_time_s,
+                                    .mode = stream_mode(axis)},
                                    period, options_.quick_stop),
                        from_seconds(options_.sdo_timeout_s));
   }
@@ -190,7 +191,10 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
                  ": another program on the bus has changed what protects it");
   }
   if (axis.heartbeat_age(now_) > milliseconds(kDriveHeartbeatTimeoutMs)) {
-    return lose(axis, "no heartbeat for " + seconds(1e-3 * kDriveHeartbeatTimeoutMs));
+    return lose(axis,
+                (axis.axis().guarding ? "no answer to node guarding with a new toggle bit for "
+                                      : "no heartbeat for ") +
+                    seconds(1e-3 * kDriveHeartbeatTimeoutMs));
   }
   if (axis.heard() && axis.missed() >= options_.missed_syncs) {
     return lose(axis, fmt::format("no feedback on {} SYNCs that others have answered",
@@ -269,7 +273,8 @@ void JointDriver::supervise_following(std::size_t i) {
   const auto k = static_cast<Eigen::Index>(i);
   const double position = axis.reading().position_rad, asked = limiter_.position()[k];
   const unsigned word = axis.reading().statusword;
-  const bool denies = (word & statusword::kAcknowledged) == 0 && !axis.axis().accepts("no_bit12");
+  const bool denies = axis.tells_following() && (word & statusword::kAcknowledged) == 0 &&
+                      !axis.axis().accepts("no_bit12");
   const bool error = (word & statusword::kHomingError) != 0;  // here: following error
   if (lasts(denies || error, f.denies)) {
     return fault(fmt::format(
@@ -458,16 +463,29 @@ void JointDriver::enable(AxisMaster& axis) {
   if (!held) axis.target_rad = axis.demand_rad();  // powered where it is
 }
 
+/// The position's loop of a drive that follows velocities: v = v_s + k (q_s − 2T v_s − q), since
+/// what is measured is two cycles old.
+double JointDriver::velocity_of(std::size_t i) const {
+  constexpr double kGain = 0.1, kOld = 2.0;  // 1/cycle, cycles
+  const auto k = static_cast<Eigen::Index>(i);
+  const double v = limiter_.velocity()[k], most = options_.limits.v_max[k];
+  const double expected = limiter_.position()[k] - kOld / options_.rate_hz * v;
+  const double error = expected - axes_[i].reading().position_rad;
+  return std::clamp(v + kGain * options_.rate_hz * error, -most, most);
+}
+
 void JointDriver::command_axes() {
   const bool overdue = reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     AxisMaster& axis = axes_[i];
+    axis.target_rad_s = 0.0;
     switch (reading_.phase) {
       case Phase::enabling:
         enable(axis);
         break;
       case Phase::following:
         axis.target_rad = limiter_.position()[static_cast<Eigen::Index>(i)];
+        if (axis.by_velocity()) axis.target_rad_s = velocity_of(i);
         break;
       case Phase::fault:
         if (now_ < reset_until_ && axis.reading().drive == DriveState::fault) {
@@ -499,6 +517,7 @@ void JointDriver::write(Time now, const Setpoint& setpoint) {
   command_axes();
   if (now_ >= heartbeat_due_) {
     outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));
+    for (const AxisMaster& axis : axes_) axis.guard(outbox_);
     heartbeat_due_ = now_ + milliseconds(kMasterHeartbeatMs);
   }
   now < halted_until_ ? halt() : send_setpoints();

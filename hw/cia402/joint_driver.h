@@ -66,6 +66,7 @@ class JointDriver final : public PhasedActuators {
   void end_halt();
   void publish();
   void lose(AxisMaster& axis, const std::string& why);
+  double velocity_of(std::size_t i) const;
   void command_axes();
   void enable(AxisMaster& axis);
   void send_setpoints();

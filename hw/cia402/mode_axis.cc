@@ -115,6 +115,7 @@ void ModeAxis::cycle(Time now, bool power) {
   }
   if (now >= heartbeat_due_) {
     outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));
+    master_.guard(outbox_);
     heartbeat_due_ = now + milliseconds(kMasterHeartbeatMs);
   }
   outbox_.push_back(master_.command());

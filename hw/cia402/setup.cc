@@ -22,6 +22,7 @@ std::vector<Mapped> target_of(OperationMode mode) {
     case OperationMode::homing:
       return {};
     case OperationMode::cyclic_velocity:
+    case OperationMode::profile_velocity:
       return {{object::kTargetVelocity, 4}};
     case OperationMode::cyclic_torque:
       return {{object::kTargetTorque, 2}};
@@ -34,6 +35,8 @@ const char* text(OperationMode mode) {
   switch (mode) {
     case OperationMode::profile_position:
       return "profile position";
+    case OperationMode::profile_velocity:
+      return "profile velocity";
     case OperationMode::homing:
       return "homing";
     case OperationMode::cyclic_velocity:
@@ -72,6 +75,12 @@ void remap(std::vector<SetupStep>& steps, int pdo, std::uint32_t cob,
 }
 
 }  // namespace
+
+OperationMode stream_mode(const Axis& axis) {
+  return axis.mode == "csv"  ? OperationMode::cyclic_velocity
+         : axis.mode == "pv" ? OperationMode::profile_velocity
+                             : OperationMode::cyclic_position;
+}
 
 std::string lack_of(Object object) { return "no_" + text(object).substr(0, 4); }
 
@@ -120,6 +129,7 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
       std::minmax({axis.to_increments(joint.q_min), axis.to_increments(joint.q_max)});
   const auto magnitude = [&](double rad) { return bits(std::abs(axis.rate_to_increments(rad))); };
   const std::uint32_t master = std::uint32_t{kMasterNode} << 16 | kMasterHeartbeatTimeoutMs;
+  const bool guarded = axis.guarding;
   constexpr const char* kOursAlone = "the bridge alone keeps the position limits";
   constexpr std::uint32_t kAll = 0xFFFFFFFF;
   const std::uint32_t mode_number = static_cast<std::uint8_t>(joint.mode);
@@ -145,19 +155,21 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
        .meaning = "quick stop when the connection is lost",
        .lost = "what it does when the connection is lost is its maker's choice"},
       {.kind = Kind::write_checked,
-       .object = object::kMasterHeartbeat,
-       .value = master,
-       .bytes = 4,
-       .meaning = "watch over our heartbeat",
-       .lost = "it does not notice the end of our heartbeat, only that of the set-points"},
+       .object = guarded ? object::kGuardTime : object::kMasterHeartbeat,
+       .value = guarded ? kGuardMs : master,
+       .bytes = guarded ? 2 : 4,
+       .meaning = guarded ? "time between our guard requests" : "watch over our heartbeat",
+       .lost = guarded
+                   ? nullptr
+                   : "it does not notice the end of our heartbeat, only that of the set-points"},
       {Kind::write_checked, object::kHeartbeatLost, 1, 1, "stays operational without our heartbeat",
        kAll, kUnimportant},
       {.kind = Kind::write_checked,
-       .object = object::kHeartbeatTime,
-       .value = kDriveHeartbeatMs,
-       .bytes = 2,
-       .meaning = "the drive's heartbeat",
-       .lost = "its loss shows by missing answers to SYNC alone"},
+       .object = guarded ? object::kLifeTimeFactor : object::kHeartbeatTime,
+       .value = guarded ? kLifeTimeFactor : std::uint32_t{kDriveHeartbeatMs},
+       .bytes = guarded ? 1 : 2,
+       .meaning = guarded ? "watch over our guard requests" : "the drive's heartbeat",
+       .lost = guarded ? nullptr : "its loss shows by missing answers to SYNC alone"},
       {.kind = Kind::write_checked,
        .object = object::kPeriodValue,
        .value = period.value,
@@ -173,11 +185,16 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
       {Kind::write, object::kMode, mode_number, 1, mode},
       {Kind::expect, object::kModeDisplay, mode_number, 1, mode, 0xFF},
   };
+  if (guarded) {  // one that sends heartbeats is not guarded
+    steps.push_back({Kind::write_checked, object::kHeartbeatTime, 0, 2,
+                     "no heartbeat beside node guarding", kAll, kUnimportant});
+  }
   const auto checked = [&](Object object, double rad, const char* meaning) {
     steps.push_back({Kind::write_checked, object, magnitude(rad), 4, meaning});
   };
-  if (joint.mode == OperationMode::profile_position) {
-    checked(object::kProfileVelocity, joint.profile_v, "velocity of the profile");
+  const bool profile = joint.mode == OperationMode::profile_position;
+  if (profile) checked(object::kProfileVelocity, joint.profile_v, "velocity of the profile");
+  if (profile || joint.mode == OperationMode::profile_velocity) {
     checked(object::kProfileAcceleration, joint.a_max, "acceleration of the profile");
     checked(object::kProfileDeceleration, joint.a_max, "deceleration of the profile");
   } else if (joint.mode == OperationMode::homing) {
@@ -202,7 +219,9 @@ std::vector<SetupStep> setup_steps(const Axis& axis, const JointSetup& joint, Pe
   remap(steps, 0, 0x200 + node, command);
   steps.push_back(
       {Kind::write_checked, object::kRpdo1Deadline, kRpdoDeadlineMs, 2, "watch over our set-points",
-       kAll, "it stops 250 ms after our last heartbeat, not 100 ms after the last set-point"});
+       kAll,
+       guarded ? "it stops 200 ms after our last guard request, not 100 ms after the last set-point"
+               : "it stops 250 ms after our last heartbeat, not 100 ms after the last set-point"});
   remap(steps, 1, 0x180 + node,
         {{object::kStatusword, 2}, {object::kPosition, 4}, {object::kTorque, 2}});
   std::vector<Mapped> slower = {{object::kVelocity, 4}};

@@ -14,7 +14,11 @@ inline constexpr int kMasterHeartbeatMs = 100;         ///< we send
 inline constexpr int kMasterHeartbeatTimeoutMs = 250;  ///< drives stop after
 inline constexpr int kDriveHeartbeatMs = 100;          ///< drives send
 inline constexpr int kDriveHeartbeatTimeoutMs = 250;   ///< we stop after
-inline constexpr int kRpdoDeadlineMs = 100;            ///< drives stop without set-points after
+inline constexpr std::uint32_t kGuardMs =
+    kMasterHeartbeatMs;  ///< between our requests of node guarding
+inline constexpr std::uint32_t kLifeTimeFactor =
+    2;                                       ///< drives stop without requests after so many of them
+inline constexpr int kRpdoDeadlineMs = 100;  ///< drives stop without set-points after
 
 /// An object in a PDO.
 struct Mapped {
@@ -70,6 +74,9 @@ struct JointSetup {
   double profile_v = 0.0;  ///< of profile position and homing [rad/s]; accelerations are a_max
   int homing_method = 0;   ///< 6098h
 };
+
+/// Mode in which the axis follows a stream (Axis::mode).
+OperationMode stream_mode(const Axis& axis);
 
 /// Setup of a drive: follow positions synchronously, and stop if the bridge is lost.
 /// Afterwards, if the drive can be mapped:

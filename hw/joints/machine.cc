@@ -41,6 +41,8 @@ struct MachineJoint {
   double j_max_rad_s3 = 0.0;  // 0: no limit
   int stop_bit = -1;
   std::vector<std::string> accept{};
+  bool guarding = false;
+  std::string mode = "csp";
   std::string eds;
 
   void visit(runtime::ParamVisitor& v) {
@@ -59,6 +61,8 @@ struct MachineJoint {
     v("j_max_rad_s3", j_max_rad_s3, 0.0, 1e9);
     v("stop_bit", stop_bit, -1, 31);
     v("accept", accept);
+    v("guarding", guarding);
+    v("mode", mode, {"csp", "csv", "pv"});
     v.file("eds", eds, "EDS or DCF of the drive");
   }
 };
@@ -148,7 +152,9 @@ Machine load_machine(const std::string& file) {
          .rated_torque_n_m = joint.rated_torque_n_m,
          .offset_rad = joint.offset_rad,
          .stop_bit = joint.stop_bit,
-         .accept = joint.accept});
+         .accept = joint.accept,
+         .guarding = joint.guarding,
+         .mode = joint.mode});
     if (!joint.eds.empty() && joints.drives != "cia402")
       refuse(where + ".eds",
              "drives of kind " + joints.drives + " are not CANopen's, and have none");

@@ -127,7 +127,8 @@ TEST_F(Stubborn, ItsWatchOverOurHeartbeatIsSetAndReadBack) {
   EXPECT_EQ(run(config), Phase::fault);
   EXPECT_EQ(reason(),
             "A1 (node 3): SDO 1016:01 (watch over our heartbeat): object is read-only "
-            "(0x06010002): expected 0x7F00FA, is 0x0000; `accept: [no_1016]` of its axis uses it "
+            "(0x06010002): expected 0x7F00FA, is 0x0000; `guarding: true` of its axis uses node "
+            "guarding (100Ch) instead; `accept: [no_1016]` of its axis uses it "
             "without: it does not notice the end of our heartbeat, only that of the set-points");
 }
 

@@ -21,6 +21,7 @@ struct Animal {
   std::string refused_with;  ///< in the reason; empty: it is moved
   const char* report = "";
   double sdo_timeout_s = 0.1;
+  bool guarding = false;
 };
 
 const Animal kZoo[] = {
@@ -38,6 +39,12 @@ const Animal kZoo[] = {
     {"no_1017", "", "SDO 1017:00 (the drive's heartbeat): object does not exist",
      "ros-industrial/ros_canopen#105, #106"},
     {"no_1017", "no_1017", "", "ros-industrial/ros_canopen#105, #106"},
+    {"no_1016 no_1017", "", "", "ros-industrial/ros_canopen#106", 0.1, true},
+    {"", "", "", "CANopenNode/CANopenNode#348", 0.1, true},
+    {"no_1016 no_100C", "", "SDO 100C:00 (time between our guard requests): object does not exist",
+     "", 0.1, true},
+    {"stuck_toggle", "", "no answer to node guarding with a new toggle bit for 0.25 s", "", 0.1,
+     true},
     {"no_1400_05", "", ""},
     {"no_6502", "", ""},
     {"modes_unknown", "", "", "ros-industrial/ros_canopen#462"},
@@ -98,7 +105,8 @@ TEST_P(Zoo, IsMovedOrRefusedByName) {
     for (std::string word; in >> word;) all.push_back(word);
     return all;
   };
-  sim::DriveConfig config{.axis = {.node_id = 3, .accept = words(animal.accept)}};
+  sim::DriveConfig config{
+      .axis = {.node_id = 3, .accept = words(animal.accept), .guarding = animal.guarding}};
   sim::take_habits(config, words(animal.habits));
   const auto one = [](double x) { return Eigen::VectorXd::Constant(1, x); };
   rack.emplace(std::vector{config}, wire.join());
@@ -142,6 +150,32 @@ TEST(Habits, AreAllInTheZoo) {
   }
   sim::DriveConfig config;
   EXPECT_THROW(sim::take_habits(config, {"no_6008"}), ConfigError);
+}
+
+/// Its master stops in motion: the drive, which has no deadline of set-points, stops 200 ms after
+/// the last guard request. Without a life time it goes on.
+TEST_F(Zoo, AGuardedDriveStopsWithoutItsMaster) {
+  sim::DriveConfig config{.axis = {.node_id = 3, .guarding = true}};
+  sim::take_habits(config, {"no_1016", "no_1017", "no_1400_05"});
+  const auto one = [](double x) { return Eigen::VectorXd::Constant(1, x); };
+  rack.emplace(std::vector{config}, wire.join());
+  driver.emplace(
+      JointDriverOptions{
+          .axes = {config.axis},
+          .limits = {.q_min = one(-1), .q_max = one(1), .v_max = one(1), .a_max = one(5)}},
+      wire.join());
+  idle(1s);
+  double target = 0.0;
+  for (int k = 0; k < 200; ++k) step(Mode::follow, target += 0.001);
+  ASSERT_EQ(driver->reading().phase, Phase::following) << driver->reading().reason;
+  const sim::Drive& drive = rack->drives()[0];
+  Time stopped{};
+  for (const Time last = now; now < last + 1s && stopped == Time{}; now += 1ms) {
+    rack->step(now);
+    if (drive.state() != DriveState::operation_enabled) stopped = now - last;
+  }
+  EXPECT_GT(stopped, 90ms);
+  EXPECT_LT(stopped, 210ms);
 }
 
 /// However small: three increments are a motion.

@@ -50,6 +50,11 @@ const std::array kHabits = {
             c.lacks.insert(c.lacks.end(), {0x1016'00, 0x1016'01, 0x1016'02});
           }},
     Habit{"no_1017", [](Config& c) { c.lacks.push_back(0x1017'00); }},
+    Habit{"no_100C",
+          [](Config& c) {
+            c.lacks.insert(c.lacks.end(), {0x100C'00, 0x100D'00});
+          }},
+    Habit{"stuck_toggle", [](Config& c) { c.slave.stuck_toggle = true; }},
     Habit{"no_1400_05", [](Config& c) { c.lacks.push_back(0x1400'05); }},
     Habit{"no_6502", [](Config& c) { c.lacks.push_back(0x6502'00); }},
     Habit{"modes_unknown", [](Config& c) { c.made[0x6502'00] = 0; }},

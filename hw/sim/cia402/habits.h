@@ -16,6 +16,7 @@ struct SlaveHabits {
   bool odd_abort = false;        ///< 0601'0000h where an object does not exist
   bool no_boot_message = false;  ///< silent until it is asked
   bool starts_itself = false;    ///< operational without a command
+  bool stuck_toggle = false;     ///< its CAN controller answers node guarding, not its program
   std::chrono::milliseconds sdo_delay{0};
 };
 

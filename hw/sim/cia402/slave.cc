@@ -53,6 +53,8 @@ Slave::Slave(int node, const std::string& name, std::uint32_t device_type,
                {.address = 0x1008'00, .type = text, .text = name},
                {.address = 0x1009'00, .type = text, .text = "simulated"},
                {.address = 0x100A'00, .type = text, .text = "1"},
+               {.address = 0x100C'00, .type = u16, .access = rw},
+               {.address = 0x100D'00, .type = u8, .access = rw},
                {.address = 0x1014'00, .value = 0x80 + node},
                {.address = 0x1016'00, .type = u8, .value = 2},
                {.address = 0x1016'01, .access = rw, .low = 0, .high = 0x7FFFFF},
@@ -106,6 +108,8 @@ void Slave::reset_communication() {
   transfer_.reset();
   heartbeat_due_.reset();
   master_seen_ = {};
+  guard_seen_.reset();
+  guard_toggle_ = guard_lost_ = false;
   master_lost_ = {};
   taken_ = {};
   late_ = {};
@@ -154,6 +158,10 @@ Event Slave::on_nmt(const Frame& frame, Frames& out) {
 }
 
 Event Slave::handle(const Frame& frame, Frames& out) {
+  if (frame.id == (can::kRemoteFlag | (0x700u + static_cast<std::uint32_t>(node_)))) {
+    on_guard_request(out);
+    return Event::none;
+  }
   if ((frame.id & (can::kErrorFlag | can::kExtendedFlag | can::kRemoteFlag)) != 0)
     return Event::none;
   if (frame.id == 0x000) return on_nmt(frame, out);
@@ -184,6 +192,17 @@ Event Slave::handle(const Frame& frame, Frames& out) {
     if (frame.id == rpdo_id_[static_cast<std::size_t>(n)]) return take(n, frame, out);
   }
   return Event::none;
+}
+
+/// [CiA 301, 7.2.8.3.1]; a node that sends heartbeats is not guarded.
+void Slave::on_guard_request(Frames& out) {
+  if (objects.value(0x1017'00) != 0) return;
+  const unsigned toggle = std::exchange(guard_toggle_, !guard_toggle_) && !habits_.stuck_toggle;
+  out.push_back({.id = 0x700u + static_cast<std::uint32_t>(node_),
+                 .length = 1,
+                 .data = {static_cast<std::uint8_t>(toggle << 7 | state_)}});
+  if (std::exchange(guard_lost_, false)) end_error(0x10, out);
+  guard_seen_ = now_;
 }
 
 Event Slave::take(int n, const Frame& frame, Frames& out) {
@@ -279,17 +298,28 @@ void Slave::watch_set_points() {
   for (std::optional<Time>& taken : taken_) taken = now_;
 }
 
+/// The master is gone: what 1029h wants.
+Event Slave::lose_master(Frames& out) {
+  emergency(0x8130, 0x10, out);
+  const std::int64_t behaviour = objects.value(0x1029'01);
+  if (behaviour != 1 && operational()) leave(behaviour == 0 ? kPreOperational : kStopped);
+  return Event::lost;
+}
+
 Event Slave::watch(Frames& out) {
   Event event = Event::none;
+  const milliseconds life_time(objects.value(0x100C'00) * objects.value(0x100D'00));
+  if (guard_seen_ && life_time.count() > 0 && now_ - *guard_seen_ > life_time) {
+    guard_seen_.reset();
+    guard_lost_ = true;
+    event = lose_master(out);
+  }
   for (unsigned i = 0; i < master_seen_.size(); ++i) {
     const milliseconds limit(objects.value(0x1016'01 + i) & 0xFFFF);
     if (!master_seen_[i] || now_ - *master_seen_[i] <= limit) continue;
     master_seen_[i].reset();  // watched again from its next heartbeat on
     master_lost_[i] = true;
-    emergency(0x8130, 0x10, out);
-    event = Event::lost;
-    const std::int64_t behaviour = objects.value(0x1029'01);
-    if (behaviour != 1 && operational()) leave(behaviour == 0 ? kPreOperational : kStopped);
+    event = lose_master(out);
   }
   for (int n = 0; n < kPdos; ++n) {
     auto& taken = taken_[static_cast<std::size_t>(n)];

@@ -24,8 +24,8 @@ enum class Event : std::uint8_t {
 
 /// CANopen device [CiA 301], written from the standard's tables and not from the codec that it is
 /// tested with: NMT, SDO server (expedited and segmented), four PDOs each way with free mapping and
-/// all transmission types but remote ones, SYNC, heartbeat both ways, RPDO deadlines, emergencies.
-/// Pure: frames in, frames out, time as argument.
+/// all transmission types but remote ones, SYNC, heartbeat both ways, node guarding, RPDO
+/// deadlines, emergencies. Pure: frames in, frames out, time as argument.
 class Slave {
  public:
   using Frames = std::vector<can::Frame>;
@@ -75,6 +75,8 @@ class Slave {
   std::uint32_t refuse_mapping(Address address, std::int64_t value) const;
   void answer(std::uint8_t command, Address address, std::uint32_t value, Frames& out);
   void abort(Address address, std::uint32_t code, Frames& out);
+  void on_guard_request(Frames& out);
+  Event lose_master(Frames& out);
   Event take(int n, const can::Frame& frame, Frames& out);
   void unpack(int n, const can::Frame& frame);
   can::Frame packed(int n) const;
@@ -90,6 +92,8 @@ class Slave {
   std::optional<Time> heartbeat_due_;
   std::array<std::optional<Time>, 2> master_seen_;  // of 1016h:01 and :02
   std::array<bool, 2> master_lost_{};
+  std::optional<Time> guard_seen_;  // last request of node guarding
+  bool guard_toggle_ = false, guard_lost_ = false;
   std::array<std::optional<Time>, kPdos> taken_;  // last RPDO, for its deadline
   std::array<bool, kPdos> late_{};
   std::array<std::optional<can::Frame>, kPdos> waiting_;  // RPDOs for the next SYNC

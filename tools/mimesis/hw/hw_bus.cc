@@ -197,8 +197,8 @@ namespace {
 /// Objects that stop a drive whose master is lost, or that does not follow. The bridge writes them
 /// before it enables the drive, and counts on them.
 bool protects(const cia402::Object& object) {
-  constexpr std::array<std::uint16_t, 8> kProtection{0x1016, 0x1017, 0x1029, 0x6007,
-                                                     0x605A, 0x605E, 0x6065, 0x6066};
+  constexpr std::array<std::uint16_t, 10> kProtection{0x100C, 0x100D, 0x1016, 0x1017, 0x1029,
+                                                      0x6007, 0x605A, 0x605E, 0x6065, 0x6066};
   return std::ranges::count(kProtection, object.index) > 0 ||
          (object.index == 0x1400 && object.sub == 5);
 }

@@ -36,7 +36,11 @@ std::vector<cia402::SetupStep> steps_of(const hw::Machine& machine, std::size_t 
   const auto k = static_cast<Eigen::Index>(joint);
   return cia402::setup_steps(
       machine.axes[joint],
-      {.q_min = l.q_min[k], .q_max = l.q_max[k], .v_max = l.v_max[k], .a_max = l.a_max[k]},
+      {.q_min = l.q_min[k],
+       .q_max = l.q_max[k],
+       .v_max = l.v_max[k],
+       .a_max = l.a_max[k],
+       .mode = cia402::stream_mode(machine.axes[joint])},
       cia402::period_of(machine.joints.rate_hz),
       machine.joints.walks ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables);
 }
