@@ -163,7 +163,7 @@ TEST(CrowdNode, CharactersOfTwoSynthesizersTakePart) {
 TEST(CrowdNode, AFigureOnABusyMachineIsBelieved) {
   Alone crowd(kFigures);
   while (crowd.now < 12s) {
-    for (const Time late : {0us, 4500us}) {
+    for (const Time late : {4500us, 0us}) {
       send_figures(crowd, "right", {9.0F}, late == 0us ? 5ms : 10ms, late);
     }
     crowd.step();
