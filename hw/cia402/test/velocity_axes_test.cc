@@ -43,7 +43,7 @@ TEST_P(VelocityAxes, FollowPositionsAndRest) {
     for (std::size_t i = 0; i < kAxes; ++i) farthest = std::max(farthest, off(i));
   }
   EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
-  EXPECT_LT(farthest, 0.03) << "20 ms at the largest speed";
+  EXPECT_LT(farthest, 0.013) << "two cycles at the largest speed";
   EXPECT_LT(fastest_motion, kV + 1e-3);
   follow(500ms);
   for (std::size_t i = 0; i < kAxes; ++i) EXPECT_LT(off(i), 1e-3) << i;

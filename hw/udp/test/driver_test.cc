@@ -106,6 +106,14 @@ TEST_F(Joints, FollowAStreamAndStop) {
   EXPECT_EQ(driver->traffic().errors, 0u);
 }
 
+/// The controller follows only after an order to stop that was meant for it.
+TEST_F(Joints, MayBeStreamedToFromTheFirstCycle) {
+  plug();
+  connect();
+  follow(200ms);
+  EXPECT_EQ(driver->reading().phase, Phase::following) << reason();
+}
+
 TEST_F(Joints, LimitsAreTheBridges) {
   enable();
   target = {9.0, 9.0};
@@ -206,6 +214,7 @@ TEST_F(Joints, AnotherArmIsRefused) {
 TEST_F(Joints, DatagramsAsNetworksTreatThem) {
   enable();
   std::vector<std::string> old;
+  double farthest = 0.3;
   for (int k = 1; k <= 400; ++k) {
     target[0] += 0.002;
     cycle({.mode = Mode::follow, .position_rad = target});
@@ -220,6 +229,9 @@ TEST_F(Joints, DatagramsAsNetworksTreatThem) {
       std::memcpy(broken.data() + 24, &nan, sizeof nan);
       wire.to_driver.push_back(broken);
     }
+    const double shown = driver->reading().joints[0].position_rad;
+    ASSERT_GE(shown, farthest) << "no older state, and a number";
+    farthest = shown;
   }
   EXPECT_EQ(driver->reading().phase, Phase::following) << reason();
   EXPECT_NEAR(controller->position_rad()[0], target[0], 0.02);
