@@ -54,6 +54,23 @@ TEST_P(VelocityAxes, FollowPositionsAndRest) {
   EXPECT_EQ(reading().phase, Phase::idle) << reading().reason;
 }
 
+/// What held a joint for a moment has put it behind: velocities alone would leave it there.
+TEST_P(VelocityAxes, CatchUp) {
+  begin();
+  follow(100ms);
+  for (int k = 0; k < 100; ++k) {
+    if (k == 40) rack->drives()[0].inject(sim::Trouble::jam, 50ms);
+    target[0] += 0.001;
+    cycle({.mode = Mode::follow, .position_rad = target});
+    if (k == 50) {
+      EXPECT_GT(off(0), 0.005);
+    }
+  }
+  follow(1s);
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+  EXPECT_LT(off(0), 1e-4);
+}
+
 /// The drives would turn for ever at the last velocity.
 TEST_P(VelocityAxes, StopWithoutTheBridge) {
   begin();
