@@ -111,7 +111,7 @@ std::unique_ptr<Actuators> make_udp(const ActuatorsRequest& request) {
               p.tracking_window_rad > 0.0 ? p.tracking_window_rad : kTracking_rad,
           .session = session,
           .readonly = p.readonly},
-      outside::open_udp(p.controller, graph));
+      outside::open_udp(p.controller, graph, p.robot));
 }
 
 std::map<std::string, MakeActuators>& known_actuators() {

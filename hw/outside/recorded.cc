@@ -216,15 +216,17 @@ class RecordedLink final : public udp::Link {
 
 }  // namespace
 
-std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& graph) {
-  graph.outside().opens({.kind = std::string(kUdp), .address = address});
+std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& graph,
+                                    const std::string& of) {
+  graph.outside().opens({std::string(kUdp), address, "master", of});
   const bool live = !graph.outside().replaying();
   return std::make_unique<RecordedLink>(live ? udp::connect(address) : nullptr, graph);
 }
 
-RecordedEndpoint::RecordedEndpoint(const std::string& address, runtime::Bus& graph)
+RecordedEndpoint::RecordedEndpoint(const std::string& address, runtime::Bus& graph,
+                                   const std::string& of)
     : graph_(graph) {
-  graph.outside().opens({.kind = std::string(kUdp), .address = address});
+  graph.outside().opens({.kind = std::string(kUdp), .address = address, .of = of});
   if (!graph.outside().replaying()) endpoint_ = std::make_unique<udp::Endpoint>(address);
 }
 

@@ -51,15 +51,17 @@ class RecordedHand {
 /// `graph.outside()` under the name "udp"; in a replay nothing is opened. Layout, little-endian:
 ///   send     writes the datagram, then reads u8: it left
 ///   receive  reads for each datagram u32 length, its bytes
+/// `of`: see runtime::Opening.
 /// @throws ConfigError as udp::connect
-std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& graph);
+std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& graph,
+                                    const std::string& of);
 
 /// The controller's side likewise; what is received is, for each datagram, u32 length, HOST:PORT,
 /// u32 length, its bytes.
 class RecordedEndpoint {
  public:
   /// @throws ConfigError as udp::Endpoint
-  RecordedEndpoint(const std::string& address, runtime::Bus& graph);
+  RecordedEndpoint(const std::string& address, runtime::Bus& graph, const std::string& of);
   std::vector<udp::Endpoint::Datagram> receive();
   void send(const std::string& to, std::string_view bytes);
 

@@ -9,7 +9,7 @@ namespace mimesis::hw::sim {
 double UdpParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
 
 UdpNode::UdpNode(const Params& params, runtime::Bus& bus)
-    : endpoint_(params.address, bus), joints_(bus, "joint_states") {
+    : endpoint_(params.address, bus, params.robot), joints_(bus, "joint_states") {
   const kin::ArmModel model = model::load_arm(params.robot);
   const auto list = [](const Eigen::VectorXd& v) {
     return std::vector<double>(v.data(), v.data() + v.size());
