@@ -218,6 +218,7 @@ class RecordedLink final : public udp::Link {
 
 std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& graph,
                                     const std::string& of) {
+  udp::check_address(address);
   graph.outside().opens({std::string(kUdp), address, "master", of});
   const bool live = !graph.outside().replaying();
   return std::make_unique<RecordedLink>(live ? udp::connect(address) : nullptr, graph);
@@ -226,6 +227,7 @@ std::unique_ptr<udp::Link> open_udp(const std::string& address, runtime::Bus& gr
 RecordedEndpoint::RecordedEndpoint(const std::string& address, runtime::Bus& graph,
                                    const std::string& of)
     : graph_(graph) {
+  udp::check_address(address);
   graph.outside().opens({.kind = std::string(kUdp), .address = address, .of = of});
   if (!graph.outside().replaying()) endpoint_ = std::make_unique<udp::Endpoint>(address);
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <charconv>
 #include <cstring>
 
 #include "common/error.h"
@@ -20,9 +21,8 @@ constexpr std::size_t kAtOnce = 256, kLargest = 2048;
 }
 
 sockaddr_in resolve(const std::string& address) {
+  check_address(address);
   const auto colon = address.rfind(':');
-  if (colon == std::string::npos || colon == 0 || colon + 1 == address.size())
-    refuse(address, "expected HOST:PORT");
   const std::string host = address.substr(0, colon), port = address.substr(colon + 1);
   addrinfo hints{};
   hints.ai_flags = AI_NUMERICSERV;
@@ -86,6 +86,17 @@ class UdpLink final : public Link {
 };
 
 }  // namespace
+
+void check_address(const std::string& address) {
+  const auto colon = address.rfind(':');
+  const std::string_view port =
+      colon == std::string::npos ? "" : std::string_view(address).substr(colon + 1);
+  int number = 0;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), number);
+  const bool whole = error == std::errc() && end == port.data() + port.size();
+  if (!whole || colon == 0 || number < 1 || number > 65535)
+    refuse(address, "expected HOST:PORT, a port from 1 to 65535");
+}
 
 std::unique_ptr<Link> connect(const std::string& address) {
   return std::make_unique<UdpLink>(address);

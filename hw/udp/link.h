@@ -14,6 +14,9 @@ class Link {
   virtual std::vector<std::string> receive() = 0;    ///< all that came since the last call
 };
 
+/// @throws ConfigError if it is not HOST:PORT
+void check_address(const std::string& address);
+
 /// @param address HOST:PORT; datagrams of other senders are not heard
 /// @throws ConfigError
 std::unique_ptr<Link> connect(const std::string& address);

@@ -32,7 +32,8 @@ TEST(UdpNode, AnswersItsMasterAndPublishesTheTruth) {
 }
 
 TEST(UdpNode, RefusesAddresses) {
-  for (const char* wrong : {"30200", "127.0.0.1:", "127.0.0.1:x", "nobody.invalid:1"}) {
+  for (const char* wrong :
+       {"30200", "127.0.0.1:", "127.0.0.1:x", ":1", "127.0.0.1:302000", "nobody.invalid:1"}) {
     testing::Loopback graph;
     const std::string refused =
         testing::refusal([&] { UdpNode node({.address = wrong}, graph); }, "accepted");
