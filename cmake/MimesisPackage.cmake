@@ -88,6 +88,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-mimesis)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-zmq, python3-protobuf")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-yaml")  # parameters of launch files
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "topics, services and logs of Mimesis in Python
 Publishes, subscribes, calls services and reads message logs of a graph of
 Mimesis.")

@@ -10,6 +10,7 @@ types of this project are known without a node too (mimesis.message_type). docs/
 """
 from .graph import Graph, Received, ServiceError
 from .log import LogError, read_log
+from .node import Node, run
 from .types import MessageTypeError, message_type
 
-__all__ = ["Graph", "LogError", "MessageTypeError", "Received", "ServiceError", "message_type", "read_log"]
+__all__ = ["Graph", "LogError", "MessageTypeError", "Node", "Received", "ServiceError", "message_type", "read_log", "run"]

@@ -39,6 +39,8 @@ class Received:
     stamp_ns: int  # graph time of the content
     seq: int  # number within this publisher and topic, from 1, without gaps
     source: str  # name of the publishing node
+    start_id: int = 0  # of that node
+    payload: bytes = b""  # the serialised message
 
 
 def _lock(kind):
@@ -86,6 +88,14 @@ def _wall_clock(directory):
     return file, int(file.readline())
 
 
+def stamp(message, stamp_ns, seq):
+    """Writes the header of a message, where it has one."""
+    if "header" in message.DESCRIPTOR.fields_by_name:
+        message.header.stamp_ns, message.header.seq = stamp_ns, seq
+    elif "timestamp" in message.DESCRIPTOR.fields_by_name:  # of foxglove.*
+        message.timestamp.FromNanoseconds(stamp_ns)
+
+
 class Publication:
     """One topic of this process. send() stamps `header` where the message has one, and counts seq."""
 
@@ -102,12 +112,11 @@ class Publication:
         if message.ByteSize() > LARGEST_MESSAGE:
             raise ValueError(f"{self.topic}: a message of {message.ByteSize()} bytes, expected at most {LARGEST_MESSAGE}")
         self._seq += 1
-        stamp = self._graph.now_ns() if stamp_ns is None else int(stamp_ns)
-        if "header" in message.DESCRIPTOR.fields_by_name:
-            message.header.stamp_ns, message.header.seq = stamp, self._seq
-        elif "timestamp" in message.DESCRIPTOR.fields_by_name:  # of foxglove.*
-            message.timestamp.FromNanoseconds(stamp)
-        frame = self.topic.encode() + b"\0" + HEADER.pack(self._seq, stamp, self._hash, self._graph.start_id, 0)
+        stamp_ns = self._graph.now_ns() if stamp_ns is None else int(stamp_ns)
+        stamp(message, stamp_ns, self._seq)
+        graph = self._graph
+        frame = self.topic.encode() + b"\0" + HEADER.pack(self._seq, stamp_ns, self._hash, graph.start_id, graph.tick_ns)
+        graph.published.append((self.topic, self._seq, self.latched))
         self._last = [frame, message.SerializeToString(deterministic=True)]
         self._graph.serve()
         for out in self._graph.outputs:
@@ -123,6 +132,7 @@ class Parameter:
 
     def __init__(self, key, value, least, most, meaning):
         self.key, self.value, self.least, self.most, self.meaning = key, value, least, most, meaning
+        self.changeable = True  # while the process runs
 
     def read(self, text):
         """The value that `text` stands for. Raises ValueError."""
@@ -139,24 +149,82 @@ class Parameter:
 
     def describe(self, entry):
         """Fills a v1.Param."""
-        entry.key, entry.value, entry.changeable, entry.meaning = self.key, json.dumps(self.value), True, self.meaning
+        entry.key, entry.value = self.key, json.dumps(self.value)
+        entry.changeable, entry.meaning = self.changeable, self.meaning
         entry.type = {float: "number", int: "integer", bool: "bool", str: "text"}[type(self.value)]
         if entry.type in ("number", "integer") and math.isfinite(self.most - self.least):
             entry.allowed = f"[{self.least}, {self.most}]"
 
 
-class Graph:
+class Services:
+    """What a process offers under its name, and its parameters."""
+
+    def __init__(self, name):
+        self.name, self._offered, self._parameters = name, {}, {}
+
+    def offer(self, name, request, answer, act):
+        request, answer = (types.message_type(k) if isinstance(k, str) else k for k in (request, answer))
+        service = f"{self.name}/{name}"
+        if service in self._offered:
+            raise ValueError(f"{service} is offered already")
+        self._offered[service] = (request, answer, act)
+        return service, request, answer
+
+    def parameter(self, key, value, least=-math.inf, most=math.inf, meaning=""):
+        """A Parameter that starts as `value`, a float, int, bool or str, within [least, most]."""
+        if not self._parameters:
+            self.offer("params", "mimesis.v1.ParamRequest", "mimesis.v1.ParamSet", self._change)
+        made = self._parameters[key] = Parameter(key, value, least, most, meaning)
+        return made
+
+    def _answer(self, service, body):
+        """Frames: whether it failed, and the answer or the reason."""
+        request, answer, act = self._offered.get(service, (None,) * 3)
+        try:
+            if request is None:
+                raise ServiceError(f"no service {service} here")
+            done = act(request.FromString(body))
+            return [b"\0", (answer(**done) if isinstance(done, dict) else done).SerializeToString()]
+        except DecodeError:
+            return [b"\1", f"expected a {request.DESCRIPTOR.full_name}".encode()]
+        except ServiceError as error:
+            return [b"\1", str(error).encode()]
+
+    def _change(self, request):
+        try:
+            if request.log_level:
+                raise ValueError("a process in Python has no log level")
+            unknown = [s.key for s in request.set if s.key not in self._parameters]
+            if unknown:
+                raise ValueError(f"{unknown[0]}: unknown parameter; there are: {', '.join(self._parameters)}")
+            fixed = [s.key for s in request.set if not self._parameters[s.key].changeable]
+            if fixed:
+                raise ValueError(f"{fixed[0]}: cannot be changed while the node runs")
+            values = {s.key: self._parameters[s.key].read(s.value) for s in request.set}
+        except ValueError as error:
+            raise ServiceError(f"{self.name}.{error}") from None
+        for key, value in values.items():  # all of them, or none
+            self._parameters[key].value = value
+        answer = types.message_type("mimesis.v1.ParamSet")()
+        for parameter in self._parameters.values():
+            parameter.describe(answer.params.add())
+        return answer
+
+
+class Graph(Services):
     """Joins a graph as node `name`. Use it in `with`, or close() it; one thread only.
 
     bind: "tcp://ADDRESS:PORT" for other hosts, data on PORT+1 and reliable data on PORT+2, PORT "*": any. A launcher of
     several hosts gives it as MIMESIS_BIND."""
 
-    def __init__(self, name=None, graph=None, bind=None):
-        self.name = name or f"python-{os.getpid()}"
+    def __init__(self, name=None, graph=None, bind=None, clock="wall", ready=True):
+        super().__init__(name or f"python-{os.getpid()}")
         _check_name("node name", self.name)
+        self.tick_ns, self.published, self.on_served = 0, collections.deque(maxlen=1000), None
+        self.greeted = set()  # start ids of reliable subscribers
         self.start_id = secrets.randbits(63) | 1
         self.directory = graph_directory(graph or os.environ.get("MIMESIS_GRAPH") or "default")
-        self._publications, self._nodes, self._offered, self._parameters = {}, {}, {}, {}
+        self._publications, self._nodes = {}, {}
         self._inbox, self._seen, self._complained = collections.defaultdict(collections.deque), {}, set()
         self._connected, self._wanted = set(), set()
         self._lost, self._subscribers = collections.Counter(), collections.Counter()
@@ -173,8 +241,8 @@ class Graph:
         for into in self._inputs.values():
             into.setsockopt(zmq.SUBSCRIBE, HELLO + struct.pack("<Q", self.start_id))
         self._info = types.message_type("mimesis.v1.NodeInfo")(
-            name=self.name, host=socket.gethostname(), pid=os.getpid(), start_id=self.start_id, ready=True,
-            executable=sys.executable, clock="wall", started_ns=self.now_ns())
+            name=self.name, host=socket.gethostname(), pid=os.getpid(), start_id=self.start_id, ready=ready,
+            executable=sys.argv[0] or sys.executable, clock=clock, started_ns=self.now_ns())
         stem = f"ipc://{self.directory}/{self.name}-{self.start_id % 100_000_000}"
         bind = bind or os.environ.get("MIMESIS_BIND", "")
         at, _, port = bind.rpartition(":")
@@ -202,6 +270,8 @@ class Graph:
         sockets = [e.removeprefix("ipc://") for e in endpoints if e.startswith("ipc://")]
         for path in (self._entry, self._entry.with_name("." + self.name), *sockets):
             pathlib.Path(path).unlink(missing_ok=True)
+        for into in self._inputs.values():
+            into.close(linger=0)  # subscriptions would wait for publishers that have ended
         self._context.destroy(linger=1000)
         os.close(self._claim)
         self._clock.close()
@@ -239,24 +309,13 @@ class Graph:
         """Offers service NODE/`name`: act(request) gives the answer, or raises ServiceError with the reason of a refusal.
 
         request, answer: classes, or names of this project's. Answered whenever this process waits: in every() and subscribe()."""
-        request, answer = (types.message_type(k) if isinstance(k, str) else k for k in (request, answer))
-        service = f"{self.name}/{name}"
-        if service in self._offered:
-            raise ValueError(f"{service} is offered already")
-        self._offered[service] = (request, answer, act)
+        service, request, answer = super().offer(name, request, answer, act)
         added = self._info.services.add(service=service, request_type=request.DESCRIPTOR.full_name,
                                         response_type=answer.DESCRIPTOR.full_name)
         for kind in (request, answer):
             added.type_hash = (added.type_hash * 31 + types.type_hash(kind.DESCRIPTOR)) & 0xFFFFFFFFFFFFFFFF
             self._info.descriptors[kind.DESCRIPTOR.full_name] = types.descriptor_set(kind.DESCRIPTOR)
         self._announce()
-
-    def parameter(self, key, value, least=-math.inf, most=math.inf, meaning=""):
-        """A Parameter that starts as `value`, a float, int, bool or str, within [least, most]."""
-        if not self._parameters:
-            self.offer("params", "mimesis.v1.ParamRequest", "mimesis.v1.ParamSet", self._change)
-        made = self._parameters[key] = Parameter(key, value, least, most, meaning)
-        return made
 
     def every(self, period_s):
         """Yields the graph's time [ns] each period_s seconds, and answers requests in between."""
@@ -311,46 +370,22 @@ class Graph:
         while self._requests.poll(0):
             frames = self._requests.recv_multipart()
             if len(frames) == 4:
-                self._requests.send_multipart([*frames[:2], *self._answer(frames[2].decode(errors="replace"), frames[3])])
+                service = frames[2].decode(errors="replace")
+                answer = self._answer(service, frames[3])
+                self._requests.send_multipart([*frames[:2], *answer])
+                if self.on_served and service in self._offered:
+                    self.on_served(service, frames[3], answer)
         for out in self.outputs:
             while out.poll(0):
                 subscription = out.recv()
                 if subscription[1:2] == HELLO:
+                    if subscription[:1] == b"\1" and len(subscription) == 10:
+                        self.greeted.add(struct.unpack("<Q", subscription[2:])[0])
                     continue
                 topic, joined = subscription[1:-1].decode(errors="replace"), subscription[:1] == b"\1"
                 self._subscribers[topic] += 1 if joined else -1
                 if joined and topic in self._publications:
                     self._publications[topic].repeat(out)
-
-    def _answer(self, service, body):
-        """Frames: whether it failed, and the answer or the reason."""
-        request, answer, act = self._offered.get(service, (None,) * 3)
-        try:
-            if request is None:
-                raise ServiceError(f"no service {service} here")
-            done = act(request.FromString(body))
-            return [b"\0", (answer(**done) if isinstance(done, dict) else done).SerializeToString()]
-        except DecodeError:
-            return [b"\1", f"expected a {request.DESCRIPTOR.full_name}".encode()]
-        except ServiceError as error:
-            return [b"\1", str(error).encode()]
-
-    def _change(self, request):
-        try:
-            if request.log_level:
-                raise ValueError("a process in Python has no log level")
-            unknown = [s.key for s in request.set if s.key not in self._parameters]
-            if unknown:
-                raise ValueError(f"{unknown[0]}: unknown parameter; there are: {', '.join(self._parameters)}")
-            values = {s.key: self._parameters[s.key].read(s.value) for s in request.set}
-        except ValueError as error:
-            raise ServiceError(f"{self.name}.{error}") from None
-        for key, value in values.items():  # all of them, or none
-            self._parameters[key].value = value
-        answer = types.message_type("mimesis.v1.ParamSet")()
-        for parameter in self._parameters.values():
-            parameter.describe(answer.params.add())
-        return answer
 
     def _socket(self, kind):
         made = self._context.socket(kind)
@@ -517,7 +552,7 @@ class Graph:
             except (DecodeError, KeyError, types.MessageTypeError) as error:
                 self._complain((start_id, topic), f"{topic}: messages of node {node.name} cannot be read: {error}")
                 continue
-            self._inbox[topic].append(Received(topic, content, stamp, seq, node.name))
+            self._inbox[topic].append(Received(topic, content, stamp, seq, node.name, start_id, frames[1]))
 
     def _ask(self, node, offered, request, timeout_s):
         try:
