@@ -105,14 +105,15 @@ class Publication:
         self._seq, self._last = 0, None
 
     def send(self, message, stamp_ns=None):
-        """Publishes one message; never blocks. stamp_ns: time of the content, now (now_ns) by default."""
+        """Publishes one message; never blocks. stamp_ns: time of the content, by default now, or that of a node's step."""
         if message.DESCRIPTOR.full_name != self.message.DESCRIPTOR.full_name:
             raise types.MessageTypeError(
                 f"{self.topic} carries {self.message.DESCRIPTOR.full_name}, not {message.DESCRIPTOR.full_name}")
         if message.ByteSize() > LARGEST_MESSAGE:
             raise ValueError(f"{self.topic}: a message of {message.ByteSize()} bytes, expected at most {LARGEST_MESSAGE}")
         self._seq += 1
-        stamp_ns = self._graph.now_ns() if stamp_ns is None else int(stamp_ns)
+        now_ns = self._graph.now_ns() if self._graph.step_ns is None else self._graph.step_ns
+        stamp_ns = now_ns if stamp_ns is None else int(stamp_ns)
         stamp(message, stamp_ns, self._seq)
         graph = self._graph
         frame = self.topic.encode() + b"\0" + HEADER.pack(self._seq, stamp_ns, self._hash, graph.start_id, graph.tick_ns)
@@ -220,7 +221,8 @@ class Graph(Services):
     def __init__(self, name=None, graph=None, bind=None, clock="wall", ready=True):
         super().__init__(name or f"python-{os.getpid()}")
         _check_name("node name", self.name)
-        self.tick_ns, self.published, self.on_served = 0, collections.deque(maxlen=1000), None
+        self.tick_ns, self.step_ns = 0, None  # of a node's step: in lock-step, on any clock
+        self.published, self.on_served = collections.deque(maxlen=1000), None
         self.greeted = set()  # start ids of reliable subscribers
         self.start_id = secrets.randbits(63) | 1
         self.directory = graph_directory(graph or os.environ.get("MIMESIS_GRAPH") or "default")

@@ -268,6 +268,7 @@ class _Live(live.Graph):
 
     def begin(self, kind, now_ns):
         self._record.kind, self._record.time_ns, self._sent_before = kind, now_ns, self.count()
+        self.step_ns = now_ns
         for service, asked, (failed, body) in self._requests_served:
             self._record.requests.add(service=service.partition("/")[2], request=asked,
                                       **({"failure": body.decode()} if failed == b"\1" else {"response": body}))

@@ -62,14 +62,14 @@ class Nodes(unittest.TestCase):
         told = json.loads(out)
         self.assertEqual([(p["key"], p["value"], p["changeable"]) for p in told["parameters"]],
                          [("rate_hz", 50.0, False), ("offset_s", 0.0, False), ("salt", 7, True)])
-        self.assertEqual([p["name"] for p in told["ports"]], ["word", "sum", "health", "start", "steps"])
+        self.assertEqual([p["name"] for p in told["ports"]], ["word", "sum", "beat", "health", "start", "steps"])
         self.assertEqual([s["name"] for s in told["services"]], ["add"])
 
     def test_in_lockstep_two_runs_and_replays_are_equal(self):
         a, b = self.launch("lockstep", 1), self.launch("lockstep", 2)
         code, out, err = self.say(MIMESIS, "log", "diff", a, b)
         self.assertEqual(code, 0, out + err)
-        self.assertIn("equal: 300 messages", out)
+        self.assertIn("equal: 400 messages", out)
         for node, program in (("summer", SUMMER), ("counter", COUNTER)):
             code, out, err = self.say(MIMESIS, "log", "replay", node, a, "--exec", program)
             self.assertEqual(code, 0, out + err)

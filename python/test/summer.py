@@ -15,6 +15,7 @@ class Summer(mimesis.Node):
         self.salt = self.parameter("salt", 0, 0, 1000, "added in each step")
         self.word = self.input("word", "mimesis.v1.Publication", "reliable")
         self.sum = self.output("sum", "mimesis.v1.Publication", latched=True)
+        self.beat = self.output("beat", "mimesis.v1.Beat")
         self.service("add", "mimesis.v1.Publication", "mimesis.v1.Publication", self.add)
         self.total = 0
 
@@ -29,6 +30,7 @@ class Summer(mimesis.Node):
         while (heard := self.word.pop()) is not None:
             self.total = (self.total * 31 + heard.message.seq) % 2**32
         self.sum.send(self.sum.message(topic="sum", seq=self.total), now_ns)
+        self.beat.send(self.beat.message(phase_rad=self.total % 6))
 
 
 if __name__ == "__main__":
