@@ -97,8 +97,9 @@ std::unique_ptr<Actuators> make_udp(const ActuatorsRequest& request) {
     throw ConfigError(p.robot +
                       ": drives: udp of a robot that walks: its stop takes the power away");
   // Equal runs in lock-step have equal records.
+  const bool equal = graph.lockstep();
   const auto session = runtime::read_outside_value<std::uint32_t>(
-      graph, "udp", [&] { return graph.lockstep() ? 1u : std::random_device{}() | 1u; });
+      graph, "udp", [equal] { return equal ? 1u : std::random_device{}() | 1u; });
   return std::make_unique<udp::Driver>(
       udp::DriverOptions{
           .address = p.controller,
