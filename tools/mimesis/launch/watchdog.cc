@@ -93,16 +93,29 @@ Activity activity(pid_t pid) {
   for (int field = 4; field < 14; ++field) fields >> ticks;
   if (!(fields >> user >> system)) return {};
   found.cpu = std::chrono::nanoseconds((user + system) * (1'000'000'000 / sysconf(_SC_CLK_TCK)));
+  std::ifstream schedule("/proc/" + std::to_string(pid) + "/schedstat");
+  std::int64_t computed = 0, queued = 0;
+  if (schedule >> computed >> queued) found.queued = std::chrono::nanoseconds(queued);
   return found;
 }
 
 std::chrono::nanoseconds silence(std::chrono::nanoseconds passed, const Activity& before,
-                                 const Activity& now) {
-  return before.state == 'R' && now.state == 'R' ? std::min(passed, now.cpu - before.cpu) : passed;
+                                 const Activity& now, std::chrono::nanoseconds& ahead) {
+  if (before.state == '?') return passed;
+  auto silent = passed;
+  if (before.state == 'R' && now.state == 'R') {
+    silent = std::min(passed, now.cpu - before.cpu);
+    ahead += passed - silent;
+  }
+  const auto ended = now.queued - before.queued, left_out = std::min(ahead, ended);
+  ahead -= left_out;
+  return silent - (ended - left_out);
 }
 
 std::optional<std::chrono::nanoseconds> Silence::heard(std::chrono::nanoseconds passed) {
   const auto before = std::exchange(length_, -passed);
+  does_ = {};
+  ahead_ = {};
   return std::exchange(named_, false) ? before : std::nullopt;
 }
 
@@ -113,7 +126,7 @@ bool Silence::look(pid_t pid, std::chrono::nanoseconds passed) {
     return false;
   }
   const Activity now = activity(pid);
-  *length_ += silence(passed, std::exchange(does_, now), now);
+  *length_ += silence(passed, std::exchange(does_, now), now, ahead_);
   return !named_ && reached(Watchdog::kNamed) && (named_ = true);
 }
 

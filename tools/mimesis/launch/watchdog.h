@@ -39,8 +39,9 @@ class Watchdog {
 
 /// Activity of a process, from /proc.
 struct Activity {
-  char state = '?';                ///< as in proc(5): R, S, D, T ...
-  std::chrono::nanoseconds cpu{};  ///< time it has computed for
+  char state = '?';                   ///< as in proc(5): R, S, D, T ...
+  std::chrono::nanoseconds cpu{};     ///< time it has computed for
+  std::chrono::nanoseconds queued{};  ///< time it waited for a processor, of waits that have ended
 
   /// "stopped by a signal", "it waits for a device", ...
   std::string text() const;
@@ -48,9 +49,10 @@ struct Activity {
 Activity activity(pid_t pid);
 
 /// By how much a process has been silent for longer, `passed` after it did `before`. A machine that
-/// is busy lets a process that computes wait: then the time counts that it had.
+/// is busy lets a process wait for a processor: that time does not count. `ahead`: of a wait that
+/// has not ended, what was left out already.
 std::chrono::nanoseconds silence(std::chrono::nanoseconds passed, const Activity& before,
-                                 const Activity& now);
+                                 const Activity& now, std::chrono::nanoseconds& ahead);
 
 /// For how long a process has given no sign of life; before the first it is not expected to.
 class Silence {
@@ -68,7 +70,8 @@ class Silence {
  private:
   std::optional<std::chrono::nanoseconds> length_;
   bool named_ = false;
-  Activity does_;  ///< when last looked at
+  Activity does_;  ///< when last looked at, in this silence
+  std::chrono::nanoseconds ahead_{};
 };
 
 constexpr std::chrono::milliseconds kLook{100};  ///< period of looking for silence

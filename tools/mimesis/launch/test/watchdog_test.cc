@@ -15,10 +15,29 @@ using namespace std::chrono_literals;
 
 TEST(Watchdog, OfAProcessThatComputesTheTimeCountsThatItHad) {
   const Activity before{'R', 10s};
-  EXPECT_EQ(silence(100ms, before, {'R', 10s + 30ms}), 30ms);
-  EXPECT_EQ(silence(100ms, before, {'R', 10s + 350ms}), 100ms) << "four threads";
-  EXPECT_EQ(silence(100ms, before, {'T', 10s + 30ms}), 100ms) << "stopped since then";
-  EXPECT_EQ(silence(100ms, {'S', 10s}, {'S', 10s}), 100ms);
+  const auto silent = [&before](const Activity& now) {
+    std::chrono::nanoseconds ahead{};
+    return silence(100ms, before, now, ahead);
+  };
+  EXPECT_EQ(silent({'R', 10s + 30ms}), 30ms);
+  EXPECT_EQ(silent({'R', 10s + 350ms}), 100ms) << "four threads";
+  EXPECT_EQ(silent({'T', 10s + 30ms}), 100ms) << "stopped since then";
+}
+
+/// A process that sleeps and wakes waits for a processor at each waking. The kernel counts a wait
+/// when it ends.
+TEST(Watchdog, WaitsForAProcessorAreNoSilence) {
+  std::chrono::nanoseconds ahead{};
+  EXPECT_EQ(silence(100ms, {'S', 10s, 1s}, {'S', 10s, 1s}, ahead), 100ms);
+  EXPECT_EQ(silence(100ms, {'S', 10s, 1s}, {'S', 10s, 1s + 80ms}, ahead), 20ms);
+  // Silent for 60 ms; then it waits for 70 + 100 + 40 ms, sleeps for 50 and computes for 0.
+  auto all = silence(100ms, {'R', 10s, 1s}, {'R', 10s + 30ms, 1s}, ahead);
+  EXPECT_EQ(all, 30ms);
+  all += silence(100ms, {'R', 10s + 30ms, 1s}, {'R', 10s + 30ms, 1s}, ahead);
+  EXPECT_EQ(all, 30ms);
+  all += silence(100ms, {'R', 10s + 30ms, 1s}, {'S', 10s + 40ms, 1s + 210ms}, ahead);
+  EXPECT_EQ(all, 90ms);
+  EXPECT_EQ(ahead, 0ms);
 }
 
 TEST(Watchdog, SeesWhatAProcessDoes) {
