@@ -378,9 +378,12 @@ bool CollisionChecker::certify_stops(const Stops& given) {
   // On a line the places of all joints at once hold those that they reach with the delay.
   const bool holds_all = parts_ && fails_alone && given.bow_rad == 0.0 &&
                          given.before_bow_rad == 0.0 && given.delay_s <= given.alone_s;
+  // The motion can become slower, but not much slower than this: then twice the effort is made.
+  constexpr double kSlow_rad_s = 0.1;
+  const bool slow = given.v0.cwiseAbs().cwiseMax(given.v1.cwiseAbs()).maxCoeff() < kSlow_rad_s;
   const long most = !parts_            ? kPosturesPerStopsAlone
                     : given.pieces > 1 ? kPosturesPerPiece * given.pieces
-                                       : kPosturesOfParts;
+                                       : (slow ? 2 : 1) * kPosturesOfParts;
   std::vector<Fan::Part> open{all.whole(Fan::kNone)};
   if (!holds_all && !certify_family(all, open, parts_ ? most / 2 : kPosturesPerStops)) return false;
   if (!fails_alone) return true;
