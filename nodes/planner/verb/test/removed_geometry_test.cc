@@ -2,6 +2,7 @@
 // each part of the arm's file, is removed in turn.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -66,6 +67,15 @@ class RemovedGeometry : public testing::VerbTest {
   bool proves_ = true;  // as it was planned
 };
 
+/// All corners are in some of the others: a sliver between rounded neighbours.
+bool held_by(const std::vector<math::ConvexPart>& others, const math::ConvexPart& part) {
+  return std::ranges::all_of(part.points.rowwise(), [&](const auto& corner) {
+    return std::ranges::any_of(others, [&](const math::ConvexPart& other) {
+      return math::gap_between(other, {corner, 0.0}, Eigen::Isometry3d::Identity()).at_most < 1e-5;
+    });
+  });
+}
+
 std::vector<std::string> published_arms() {
   std::vector<std::string> arms;
   if (const char* file = std::getenv("MIMESIS_PUBLIC_ARMS")) {
@@ -75,7 +85,7 @@ std::vector<std::string> published_arms() {
   }
   return {"ur_description/urdf/ur10_robot.urdf ~ ~", "panda_description/urdf/panda.urdf ~ ~",
           "tiago_description/robots/tiago_no_hand.urdf torso_lift_link ~ arm_7_link",
-          "z1_description/urdf/z1.urdf ~ ~"};
+          "z1_description/urdf/z1.urdf ~ ~ link01 link05"};
 }
 
 TEST_F(RemovedGeometry, DISABLED_SlowIsNeverProven) {
@@ -103,7 +113,8 @@ TEST_F(RemovedGeometry, DISABLED_SlowIsNeverProven) {
       for (std::size_t p = 0; p < covered.links[l].parts.size(); ++p, ++parts) {
         model::CoveredArm less = covered;
         less.links[l].parts.erase(less.links[l].parts.begin() + static_cast<std::ptrdiff_t>(p));
-        EXPECT_GT(geometry_gaps(less).size(), gaps.size())
+        EXPECT_TRUE(geometry_gaps(less).size() > gaps.size() ||
+                    held_by(less.links[l].parts, covered.links[l].parts[p]))
             << "part " << p << " of link " << less.links[l].link;
       }
     }
