@@ -688,18 +688,18 @@ kin::ArmModel load_arm(const std::string& file) {
   return build_arm(file, [](Builder&, CoveredArm&) {}).arm;
 }
 
-kin::ArmModel load_checked_arm(const std::string& file) {
-  kin::ArmModel arm = load_arm(file);
-  if (arm.balls.empty())
-    throw ConfigError(file +
-                      ": balls: there is none, nor parts, expected some on every link that moves");
-  return arm;
-}
-
 CoveredArm load_covered_arm(const std::string& file, bool compare) {
   return build_arm(file, [compare](Builder& builder, CoveredArm& arm) {
     if (compare) builder.compare(arm);
   });
+}
+
+CoveredArm load_checked_arm(const std::string& file) {
+  CoveredArm covered = load_covered_arm(file, false);
+  if (covered.arm.balls.empty())
+    throw ConfigError(file +
+                      ": balls: there is none, nor parts, expected some on every link that moves");
+  return covered;
 }
 
 }  // namespace mimesis::model

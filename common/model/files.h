@@ -15,8 +15,6 @@ namespace mimesis::model {
 /// Reads an arm (models/lwr4.yaml). @throws ConfigError "file:line:col: ..." (see
 /// runtime::load_params).
 kin::ArmModel load_arm(const std::string& file);
-/// The same for who judges collisions: an arm without any shape is refused, too.
-kin::ArmModel load_checked_arm(const std::string& file);
 
 /// Reads a biped (models/biped.yaml). Its `urdf` is a path from the file's folder, or
 /// "shared:data/robots/NAME.urdf" for a robot that the repository may not carry
@@ -92,5 +90,7 @@ std::vector<std::pair<int, int>> touching_groups(const kin::ArmModel& arm,
 /// Reads an arm as load_arm does.
 /// @param compare  its shape with the geometry of its URDF: CoveredLink::over
 CoveredArm load_covered_arm(const std::string& file, bool compare = true);
+/// For who judges collisions: an arm without any shape is refused, too.
+CoveredArm load_checked_arm(const std::string& file);
 
 }  // namespace mimesis::model

@@ -16,13 +16,16 @@ constexpr double kUndecided = 1e-4;
 /// those between two points: slower ones need less.
 constexpr double kUndecidedStops = 1e-4;
 constexpr long kPosturesPerStops = 4000, kPosturesPerStopsAlone = 8000;
+constexpr long kPosturesOfParts = 1000, kPosturesPerPiece = 24;  // what parts decide takes longer
 constexpr long kUnlimited = std::numeric_limits<long>::max();
 
 /// Straight from a to b. A part: its middle, 0 .. 1, and half its width. It has no halves if it is
 /// too small to be divided; so have the others.
 struct Line {
   static constexpr auto kJudge = &BatchChecker::judge_lines;
+  static constexpr bool kOften = false;
   using Part = std::array<float, 2>;
+  static bool holds_middle(const Part&) { return true; }
   const Eigen::Ref<const Eigen::VectorXd>&a, &b;
   float longest;
 
@@ -43,7 +46,9 @@ struct Line {
 /// A part: its control points. The curve stays in their hull.
 struct Curve {
   static constexpr auto kJudge = &BatchChecker::judge_motions;
+  static constexpr bool kOften = false;
   using Part = Eigen::MatrixXd;
+  static bool holds_middle(const Part&) { return true; }
 
   /// De Casteljau at 1/2.
   static std::optional<std::array<Part, 2>> halves(const Part& part) {
@@ -80,10 +85,14 @@ struct Curve {
 /// ρ(u)/g(u) leaves nearly the same, most parts need no division in u.
 struct Fan {
   static constexpr auto kJudge = &BatchChecker::judge_motions;
+  static constexpr bool kOften = true;  // those of the next place on a path are much the same
   static constexpr std::size_t kRanges = 5;
+  static constexpr Eigen::Index kNone = -1, kEvery = -2;
   struct Part {
     std::array<double, 2 * kRanges> range{};
-    Eigen::Index alone = -1;  // no joint
+    Eigen::Index alone = kNone;  // joint; kEvery: each at once is where it may be alone
+
+    bool is_alone(Eigen::Index joint) const { return alone == joint || alone == kEvery; }
   };
   const Stops& s;
   const BatchChecker::Levers& lever;
@@ -98,10 +107,12 @@ struct Fan {
   }
 
   Part whole(Eigen::Index alone) const {
-    const bool all = alone < 0;
+    const bool all = alone == kNone;
     return {{0.0, 1.0, 0.0, longest_s, 0.0, 1.0, 0.0, all ? s.delay_s : 0.0, 0.0, all ? 0.0 : 1.0},
             alone};
   }
+  /// What is made of all joints at once may touch where none of the stops does.
+  static bool holds_middle(const Part& part) { return part.alone != kEvery; }
   double speed(Eigen::Index j, double w) const { return s.v0[j] + w * (s.v1[j] - s.v0[j]); }
   double before(Eigen::Index j, double w) const {
     return s.before0[j] + w * (s.before1[j] - s.before0[j]);
@@ -143,7 +154,7 @@ struct Fan {
         hi = std::max(hi, q);
       };
       const auto i = static_cast<std::size_t>(j);
-      const bool alone = j == part.alone;
+      const bool alone = part.is_alone(j);
       for (const double w : {w0, w1}) {
         const double q = s.q0[j] + w * (s.q1[j] - s.q0[j]), v = speed(j, w);
         const auto [least, most] = reach.of(std::abs(v), s.a[j], inverse_a[i]);
@@ -179,48 +190,40 @@ struct Fan {
       width[1] += arm * (far - near - along);
       width[2] += arm * along;
       width[3] += arm * (delay1 - delay0) * v;
-      if (j == part.alone) {
+      if (part.is_alone(j)) {
         const double q = s.q0[j] + w1 * (s.q1[j] - s.q0[j]);
-        width[4] = arm * (back1 - back0) * (std::abs(q - before(j, w1)) + s.alone_s * v + far);
+        width[4] += arm * (back1 - back0) * (std::abs(q - before(j, w1)) + s.alone_s * v + far);
       }
     }
     return width;
   }
   /// A stop does not lead farther than all do until then, nor as far before.
-  std::optional<std::array<Part, 2>> halves(const Part& part) const {
-    const auto width = widths(part);
+  std::optional<std::vector<Part>> halves(const Part& part) const {
+    auto width = widths(part);
+    if (part.alone == kEvery) {
+      if (width[4] >= width[0] + width[1] + width[2]) return one_by_one(part);
+      width[4] = 0.0;
+    }
     const auto widest = std::max_element(width.begin(), width.end());
     if (*widest < kUndecidedStops) return std::nullopt;
     const auto i = static_cast<std::size_t>(2 * (widest - width.begin()));
-    std::array<Part, 2> parts{part, part};
+    std::vector<Part> parts{part, part};
     parts[0].range[i + 1] = parts[1].range[i] = 0.5 * (part.range[i] + part.range[i + 1]);
     parts[0].range[5] = std::min(parts[0].range[5], progress(parts[0].range[3]));
     parts[1].range[2] = std::max(parts[1].range[2], soonest(parts[1].range[4]));
     return parts;
   }
+  /// Instead of all joints at once: each alone, and none.
+  std::vector<Part> one_by_one(Part part) const {
+    std::vector<Part> parts;
+    for (part.alone = 0; part.alone < s.a.size(); ++part.alone) parts.push_back(part);
+    part.alone = kNone;
+    part.range[7] = s.delay_s;
+    part.range[9] = 0.0;
+    parts.push_back(part);
+    return parts;
+  }
 };
-
-/// The postures of all stops are between these.
-std::pair<Eigen::VectorXd, Eigen::VectorXd> reach_of(const Stops& s) {
-  Eigen::VectorXd lo = s.q0.cwiseMin(s.q1), hi = s.q0.cwiseMax(s.q1);
-  const double late_s = std::max(s.delay_s, s.alone_s);
-  for (const Eigen::VectorXd* q : {&s.q0, &s.q1}) {
-    for (const Eigen::VectorXd* v : {&s.v0, &s.v1}) {
-      const Eigen::VectorXd end =
-          *q + late_s * *v + 0.5 * v->cwiseProduct(v->cwiseAbs()).cwiseQuotient(s.a);
-      lo = lo.cwiseMin(end);
-      hi = hi.cwiseMax(end);
-    }
-  }
-  double bow = s.bow_rad;
-  if (s.before0.size() > 0) {
-    lo = lo.cwiseMin(s.before0).cwiseMin(s.before1);
-    hi = hi.cwiseMax(s.before0).cwiseMax(s.before1);
-    bow += s.before_bow_rad;
-  }
-  constexpr double kRounding = 1e-6;  // of single precision, that parts are asked in
-  return {lo.array() - bow - kRounding, hi.array() + bow + kRounding};
-}
 
 }  // namespace
 
@@ -303,6 +306,8 @@ bool CollisionChecker::certify_family(const Motion& motion,
     const auto verdicts = (batch_.*Motion::kJudge)(lanes_);
     const bool touches = verdicts.touches != 0;  // then not all lanes were looked at
     if ((touches && !parts_) || ((touches || verdicts.near != 0) && most <= 0)) return false;
+    // Each open part takes a posture at least: with parts, end as soon as that is too many.
+    if (parts_ && std::ssize(open) - static_cast<std::ptrdiff_t>(next + count) > most) return false;
     for (std::size_t lane = 0; lane < count; ++lane, ++next) {
       if (!touches && (verdicts.near >> lane & 1u) == 0) continue;
       auto verdict = PartChecker::Verdict::near;
@@ -313,14 +318,16 @@ bool CollisionChecker::certify_family(const Motion& motion,
         const std::vector<PartChecker::Near> only(near_.begin() + std::ptrdiff_t(near[0]),
                                                   near_.begin() + std::ptrdiff_t(near[1]));
         near[0] = near_.size();
-        verdict = parts_->judge(q_, deviation_, only, &near_);
+        verdict = parts_->judge(q_, deviation_, only, &near_, Motion::kOften);
         near[1] = near_.size();
       };
       if (touches) ask_parts();
       auto halves = motion.halves(open[next]);
       if (!touches && !halves && parts_) ask_parts();
       if (verdict == PartChecker::Verdict::free) continue;
-      if (verdict == PartChecker::Verdict::touches || !halves) return false;
+      const bool touched = verdict == PartChecker::Verdict::touches;
+      if (!halves || (touched && motion.holds_middle(open[next]))) return false;
+      if (touched) near = near_of_[next];
       open.insert(open.end(), halves->begin(), halves->end());
       near_of_.insert(near_of_.end(), halves->size(), near);
     }
@@ -346,10 +353,11 @@ bool CollisionChecker::seems_free(const Eigen::Ref<const Eigen::VectorXd>& a,
         from + way / kLanes * Lanes{1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f, 8.0f};
   }
   postures_ += kLanes;
-  if (!batch_.any_touches(lanes_)) return true;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (!parts_free(lane)) return false;
-  }
+  if (!parts_) return !batch_.any_touches(lanes_);
+  // The last one is the one farthest from what is known to be free.
+  const std::uint32_t touches = batch_.judge(lanes_).touches;
+  for (int lane = kLanes; lane-- > 0;)
+    if ((touches >> lane & 1u) != 0 && !parts_free(lane)) return false;
   return true;
 }
 
@@ -366,17 +374,26 @@ bool CollisionChecker::certify_stops(const Stops& given) {
     stops.delay_s = 0.0;
   }
   const Fan all{stops, batch_.levers()}, one{given, batch_.levers()};
-  if (parts_) {
-    const auto [lo, hi] = reach_of(given);
-    parts_->expect(lo, hi);
-  }
-  const long share = parts_ ? 8 : 1;  // what parts decide takes longer
-  std::vector<Fan::Part> open{all.whole(-1)};
-  if (!certify_family(all, open, kPosturesPerStops / share)) return false;
-  if (given.before0.size() == 0) return true;
+  const bool fails_alone = given.before0.size() > 0;
+  // On a line the places of all joints at once hold those that they reach with the delay.
+  const bool holds_all = parts_ && fails_alone && given.bow_rad == 0.0 &&
+                         given.before_bow_rad == 0.0 && given.delay_s <= given.alone_s;
+  // The motion can become slower, but not much slower than this: then twice the effort is made.
+  constexpr double kSlow_rad_s = 0.1;
+  const bool slow = given.v0.cwiseAbs().cwiseMax(given.v1.cwiseAbs()).maxCoeff() < kSlow_rad_s;
+  const long most = !parts_            ? kPosturesPerStopsAlone
+                    : given.pieces > 1 ? kPosturesPerPiece * given.pieces
+                                       : (slow ? 2 : 1) * kPosturesOfParts;
+  std::vector<Fan::Part> open{all.whole(Fan::kNone)};
+  if (!holds_all && !certify_family(all, open, parts_ ? most / 2 : kPosturesPerStops)) return false;
+  if (!fails_alone) return true;
   open.clear();
-  for (Eigen::Index j = 0; j < given.a.size(); ++j) open.push_back(one.whole(j));
-  return certify_family(one, open, kPosturesPerStopsAlone / share);
+  if (parts_) {
+    open.push_back(one.whole(Fan::kEvery));
+  } else {
+    for (Eigen::Index j = 0; j < given.a.size(); ++j) open.push_back(one.whole(j));
+  }
+  return certify_family(one, open, most);
 }
 
 std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eigen::VectorXd>& q) {
@@ -384,8 +401,8 @@ std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eige
   return nearest(q);
 }
 
-std::string CollisionChecker::nearest(const Eigen::Ref<const Eigen::VectorXd>& q) const {
-  return PartChecker(arm_, obstacles_, margin_).nearest(q);
+std::string CollisionChecker::nearest(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  return parts_ ? parts_->nearest(q) : PartChecker(arm_, obstacles_, margin_).nearest(q);
 }
 
 }  // namespace mimesis::planner

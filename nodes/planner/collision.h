@@ -32,6 +32,7 @@ struct Stops {
   Eigen::VectorXd before0{},
       before1{};                ///< places `alone_s` before q0 and q1; empty: none fails alone
   double before_bow_rad = 0.0;  ///< how far the way since then leaves the box of its ends
+  int pieces = 1;  ///< of a path's grid between the points: of several only what is soon proven is
 };
 
 /// Safety balls of an arm against obstacles and against itself [M18 2.3.2], for postures and for
@@ -57,7 +58,12 @@ class CollisionChecker {
   /// Which ball or part touches what, in words; nothing if the posture is free.
   std::optional<std::string> contact(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// The same of the pair that is nearest, though it may not touch.
-  std::string nearest(const Eigen::Ref<const Eigen::VectorXd>& q) const;
+  std::string nearest(const Eigen::Ref<const Eigen::VectorXd>& q);
+  /// PartChecker::torn; empty without parts.
+  std::string torn(const Eigen::Ref<const Eigen::VectorXd>& a,
+                   const Eigen::Ref<const Eigen::VectorXd>& b) {
+    return parts_ ? parts_->torn(a, b, interrupt_) : "";
+  }
   /// The straight motion from a to b in joint space is proven free. Does not allocate in the long
   /// run.
   bool certify(const Eigen::Ref<const Eigen::VectorXd>& a,
@@ -70,6 +76,8 @@ class CollisionChecker {
   bool certify_curve(const Eigen::MatrixXd& control_points);
   /// All these stops are proven free.
   bool certify_stops(const Stops& stops);
+  /// Convex parts decide: proofs take long, so one proof of many stops at once pays.
+  bool has_parts() const { return parts_.has_value(); }
 
   const kin::ArmModel& arm() const { return arm_; }
   const Interrupt& interrupt() const { return interrupt_; }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+#include <queue>
+#include <utility>
 
 #include "nodes/planner/collision.h"
 
@@ -106,12 +109,17 @@ PartChecker::PartChecker(const kin::ArmModel& arm, const Obstacles& obstacles, d
     const auto body = std::ranges::find_if(bodies_, all_of);
     if (body != bodies_.end()) body->hull = &link.hull;
   }
+  order_.resize(pairs_.size());
+  std::iota(order_.begin(), order_.end(), 0u);
   for (const Body& body : bodies_) centers_.push_back(body.around.center);
   most_motion_.resize(moving_bodies);
   motion_.resize(moving_parts);
   body_motion_.resize(moving_bodies);
   around_motion_.resize(moving_bodies);
   axes_.resize(arm.links.size() + 1);
+  frames_.assign(arm.links.size() + 1, arm.X_WB);
+  for (const kin::DhLink& link : arm.links)
+    around_joint_.push_back(link.modified ? link.before_joint() : link.after_joint());
   origins_.resize(arm.links.size());
   directions_.resize(arm.links.size());
 }
@@ -158,13 +166,32 @@ void PartChecker::add(kin::SafetyPart shape, std::string name, Body body) {
   parts_.push_back({std::move(shape), std::move(name), whole});
 }
 
-void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
-  kin::forward(arm_, q, frames_);
-  for (std::size_t j = 0; j < origins_.size(); ++j) {
-    const Eigen::Isometry3d axis = frames_[j] * arm_.links[j].before_joint();
-    origins_[j] = axis.translation();
-    directions_[j] = axis.linear().col(2);
+/// Frame j + 1, and axis j.
+void PartChecker::place_next(std::size_t j, double q) {
+  const kin::DhLink& link = arm_.links[j];
+  const auto times = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+    Eigen::Isometry3d product;
+    product.linear() = a.linear().lazyProduct(b.linear());
+    product.translation() = a.linear().lazyProduct(b.translation()) + a.translation();
+    return product;
+  };
+  Eigen::Isometry3d axis = link.modified ? times(frames_[j], around_joint_[j]) : frames_[j];
+  const Eigen::Vector3d x = axis.linear().col(0), y = axis.linear().col(1);
+  origins_[j] = axis.translation();
+  directions_[j] = axis.linear().col(2);
+  if (link.slides) {
+    axis.translation() += q * directions_[j];
+  } else {
+    const double c = std::cos(q + link.offset), s = std::sin(q + link.offset);
+    axis.linear().col(0) = c * x + s * y;
+    axis.linear().col(1) = c * y - s * x;
   }
+  frames_[j + 1] = link.modified ? axis : times(axis, around_joint_[j]);
+}
+
+void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  still_ = deviation_.isZero(0.0);
+  for (std::size_t j = 0; j < origins_.size(); ++j) place_next(j, q[static_cast<Eigen::Index>(j)]);
   for (std::size_t i = 0; i < most_motion_.size(); ++i) {
     const Body& body = bodies_[i];
     centers_[i] = frames_[static_cast<std::size_t>(body.frame)] * body.around.center;
@@ -180,6 +207,7 @@ void PartChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
 /// D of BatchChecker::judge_motions, of balls in one frame.
 double PartChecker::motion(const Cover& cover, std::vector<double>& known, std::size_t frame,
                            std::size_t relative_to) {
+  if (still_) return 0.0;
   if (!known.empty()) return known[relative_to];
   known.assign(frame + 1, 0.0);  // first how far they reach from the axes
   std::vector<Axis>& axes = axes_[frame];
@@ -204,6 +232,12 @@ double PartChecker::motion(const Cover& cover, std::vector<double>& known, std::
   return known[relative_to];
 }
 
+/// Beyond the margin, by the balls around two bodies.
+double PartChecker::apart(const Pair& pair) const {
+  return (centers_[pair.inner] - centers_[pair.outer]).norm() - bodies_[pair.inner].around.radius -
+         bodies_[pair.outer].around.radius - margin_;
+}
+
 Eigen::Isometry3d PartChecker::between(const Body& inner, const Body& outer) const {
   const Eigen::Isometry3d& X_WO = frames_[static_cast<std::size_t>(outer.frame)];
   if (inner.obstacle) return X_WO;
@@ -213,81 +247,113 @@ Eigen::Isometry3d PartChecker::between(const Body& inner, const Body& outer) con
 
 PartChecker::Verdict PartChecker::judge(const Eigen::Ref<const Eigen::VectorXd>& q,
                                         const Eigen::Ref<const Eigen::VectorXd>& deviation,
-                                        std::span<const Near> only, std::vector<Near>* near) {
+                                        std::span<const Near> only, std::vector<Near>* near,
+                                        bool often) {
+  constexpr int kMostCells = 256;  // judged for one pair
   deviation_ = deviation.cwiseAbs();
   place(q);
   near_.clear();
-  const auto settled = [&](const Pair& pair) {
-    if (!pair.settled) return false;
-    const Eigen::Index first = bodies_[pair.inner].frame, n = pair.lo.size();
-    const auto at = q.segment(first, n).array();
-    const auto by = deviation_.segment(first, n).array();
-    return (at - by >= pair.lo.array()).all() && (at + by <= pair.hi.array()).all();
+  const auto touch = [&](std::uint32_t number, std::span<const Near> some) {
+    const Pair& pair = pairs_[number];
+    if (apart(pair) >= most_motion_[pair.outer]) return false;
+    const bool known = often && free_by_cells(number, q, deviation, 0);
+    return !known && touches(number, some, near_);
   };
-  const auto all = static_cast<std::uint32_t>(pairs_.size());
-  for (std::uint32_t number = only.empty() ? 0 : only[0].pair; number < all;) {
-    const std::size_t of_pair = static_cast<std::size_t>(
-        std::ranges::find_if(only, [&](const Near& one) { return one.pair != number; }) -
-        only.begin());
-    if (!settled(pairs_[number]) && touches(number, only.first(of_pair), near_))
-      return Verdict::touches;
-    if (only.empty()) {
-      ++number;
+  for (auto number = order_.begin(); only.empty() && number != order_.end(); ++number) {
+    if (!touch(*number, {})) continue;
+    std::rotate(order_.begin(), number, number + 1);
+    return Verdict::touches;
+  }
+  while (!only.empty()) {
+    const auto of_pair =
+        std::ranges::find_if(only, [&](const Near& one) { return one.pair != only.front().pair; });
+    const auto some = only.first(static_cast<std::size_t>(of_pair - only.begin()));
+    if (touch(only.front().pair, some)) return Verdict::touches;
+    only = only.subspan(some.size());
+  }
+  for (std::size_t i = 0; often && i < near_.size();) {
+    const std::uint32_t number = near_[i].pair;
+    const auto of_pair = [number](const Near& one) { return one.pair == number; };
+    if (free_by_cells(number, q, deviation, kMostCells)) {
+      std::erase_if(near_, of_pair);
     } else {
-      only = only.subspan(of_pair);
-      if (only.empty()) break;
-      number = only[0].pair;
+      while (i < near_.size() && of_pair(near_[i])) ++i;
     }
   }
   if (near != nullptr) near->insert(near->end(), near_.begin(), near_.end());
   return near_.empty() ? Verdict::free : Verdict::near;
 }
 
-void PartChecker::expect(const Eigen::Ref<const Eigen::VectorXd>& lo,
-                         const Eigen::Ref<const Eigen::VectorXd>& hi) {
-  constexpr int kMostJoints = 3;
-  constexpr double kWider = 0.1;  // [rad]
-  for (std::uint32_t number = 0; number < pairs_.size(); ++number) {
-    Pair& pair = pairs_[number];
-    const Body &inner = bodies_[pair.inner], &outer = bodies_[pair.outer];
-    const Eigen::Index n = outer.frame - inner.frame;
-    if (inner.obstacle || n < 1 || n > kMostJoints) continue;
-    const auto low = lo.segment(inner.frame, n), high = hi.segment(inner.frame, n);
-    const bool in_box = pair.lo.size() > 0 && (low.array() >= pair.lo.array()).all() &&
-                        (high.array() <= pair.hi.array()).all();
-    if (in_box) continue;
-    pair.lo = low.array() - kWider;
-    pair.hi = high.array() + kWider;
-    pair.settled = free_in_box(number, 0.5 * (lo + hi));
+/// Whether the motions of the joints between a pair's links are proven free by its cells.
+/// @param most  cells that may be judged for this
+bool PartChecker::free_by_cells(std::uint32_t number, const Eigen::Ref<const Eigen::VectorXd>& q,
+                                const Eigen::Ref<const Eigen::VectorXd>& deviation, int most) {
+  constexpr std::size_t kMostInAll = 50'000;  // of a pair
+  Pair& pair = pairs_[number];
+  const Eigen::Index first = bodies_[pair.inner].frame, n = bodies_[pair.outer].frame - first;
+  if (n < 1 || n > kCellJoints || (pair.cells.empty() && most == 0)) return false;
+  if (pair.cells.empty()) {
+    constexpr double kStops = 0.5;  // how far they may lead beyond the limits [rad]
+    Cell all{Corner::Zero(), Corner::Zero()};
+    all.lo.head(n) = arm_.q_min.segment(first, n).array() - kStops;
+    all.hi.head(n) = arm_.q_max.segment(first, n).array() + kStops;
+    pair.cells.push_back(std::move(all));
   }
-}
-
-bool PartChecker::free_in_box(std::uint32_t number, const Eigen::VectorXd& middle) {
-  constexpr std::size_t kMostBoxes = 256;
-  const Pair& pair = pairs_[number];
-  const Body& outer = bodies_[pair.outer];
-  const Eigen::Index first = bodies_[pair.inner].frame, n = pair.lo.size();
-  Eigen::VectorXd q = middle;
-  deviation_ = Eigen::VectorXd::Zero(q.size());
-  std::vector<std::pair<Eigen::VectorXd, Eigen::VectorXd>> open{{pair.lo, pair.hi}};
-  for (std::size_t next = 0; next < open.size(); ++next) {
-    const auto [lo, hi] = open[next];
-    q.segment(first, n) = 0.5 * (lo + hi);
-    deviation_.segment(first, n) = 0.5 * (hi - lo);
-    place(q);
-    near_.clear();
-    if (touches(number, {}, near_)) return false;
-    if (near_.empty()) continue;
-    if (open.size() + 2 > kMostBoxes) return false;
-    Eigen::Index widest = 0;
-    const auto levers = Eigen::VectorXd::Map(outer.lever_m.data() + first, n);
-    (hi - lo).cwiseProduct(levers).maxCoeff(&widest);
-    auto lower = hi, upper = lo;
-    lower[widest] = upper[widest] = q[first + widest];
-    open.emplace_back(lo, lower);
-    open.emplace_back(upper, hi);
+  Corner lo = Corner::Zero(), hi = Corner::Zero();
+  lo.head(n) = q.segment(first, n).array() - deviation.segment(first, n).array().abs();
+  hi.head(n) = q.segment(first, n).array() + deviation.segment(first, n).array().abs();
+  if ((lo < pair.cells[0].lo).any() || (hi > pair.cells[0].hi).any()) return false;
+  for (open_cells_.assign(1, 0); !open_cells_.empty();) {
+    const std::size_t i = open_cells_.back();
+    open_cells_.pop_back();
+    if ((lo > pair.cells[i].hi).any() || (hi < pair.cells[i].lo).any()) continue;
+    if (pair.cells[i].is == Cell::Is::open) {
+      if (most-- <= 0 || pair.cells.size() > kMostInAll) return false;
+      judge_cell(number, i);
+    }
+    Cell& cell = pair.cells[i];
+    if (cell.is == Cell::Is::near) return false;
+    if (cell.is != Cell::Is::halved) continue;
+    const auto is_free = [&](std::size_t k) { return pair.cells[k].is == Cell::Is::free; };
+    if (is_free(cell.halves) && is_free(cell.halves + 1)) {
+      cell.is = Cell::Is::free;
+    } else {
+      open_cells_.insert(open_cells_.end(), {cell.halves, cell.halves + 1});
+    }
   }
   return true;
+}
+
+void PartChecker::judge_cell(std::uint32_t number, std::size_t index) {
+  constexpr double kLeast_m = 1e-3;  // motion of the farthest point in a cell that is not halved
+  std::vector<Cell>& cells = pairs_[number].cells;
+  const Body& outer = bodies_[pairs_[number].outer];
+  const Eigen::Index first = bodies_[pairs_[number].inner].frame, n = outer.frame - first;
+  Cell& cell = cells[index];
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(arm_.dof());
+  deviation_ = q;
+  q.segment(first, n) = 0.5 * (cell.lo + cell.hi).head(n);
+  deviation_.segment(first, n) = 0.5 * (cell.hi - cell.lo).head(n);
+  place(q);
+  near_in_cell_.clear();
+  const bool touch = touches(number, cell.near, near_in_cell_);
+  const std::vector<Near> near = touch ? std::move(cell.near) : near_in_cell_;
+  cell.near.clear();
+  Eigen::Index widest = 0;
+  const auto levers = Eigen::VectorXd::Map(outer.lever_m.data() + first, n).array();
+  const double most_m = (levers * deviation_.segment(first, n).array()).maxCoeff(&widest);
+  if (!touch && near.empty()) {
+    cell.is = Cell::Is::free;
+  } else if (most_m < kLeast_m) {
+    cell.is = Cell::Is::near;
+  } else {
+    cell.is = Cell::Is::halved;
+    cell.halves = cells.size();
+    Cell low{cell.lo, cell.hi, Cell::Is::open, 0, near}, high = low;
+    low.hi[widest] = high.lo[widest] = q[first + widest];
+    cells.push_back(std::move(low));
+    cells.push_back(std::move(high));
+  }
 }
 
 /// Whether the posture touches; what may touch during the motion is added to `near`.
@@ -297,8 +363,7 @@ bool PartChecker::touches(std::uint32_t number, std::span<const Near> only,
   Pair& pair = pairs_[number];
   const std::size_t o = pair.outer;
   const Body &inner = bodies_[pair.inner], &outer = bodies_[o];
-  const double apart = (centers_[pair.inner] - centers_[o]).norm() - inner.around.radius -
-                       outer.around.radius - margin_;
+  const double apart = this->apart(pair);
   if (apart >= most_motion_[o]) return false;
   const auto frame = static_cast<std::size_t>(outer.frame),
              below = static_cast<std::size_t>(inner.frame);
@@ -324,7 +389,7 @@ bool PartChecker::touches(std::uint32_t number, std::span<const Near> only,
   const std::size_t of_inner = inner.parts.size(), count = of_inner * outer.parts.size();
   if (pair.parts_apart.empty()) pair.parts_apart.assign(count, Eigen::Vector3d::Zero());
   for (std::size_t i = 0; i < (only.empty() ? count : only.size()); ++i) {
-    const std::size_t index = only.empty() ? i : only[i].parts;
+    const std::size_t index = only.empty() ? (pair.touched + i) % count : only[i].parts;
     const std::size_t a = inner.parts[index % of_inner], b = outer.parts[index / of_inner];
     const math::RoundBound &round_a = parts_[a].around, &round_b = parts_[b].around;
     const double rough =
@@ -335,7 +400,10 @@ bool PartChecker::touches(std::uint32_t number, std::span<const Near> only,
     const double far = margin_ + moved;
     const math::Gap gap = math::gap_between(parts_[a].shape.shape, parts_[b].shape.shape, X_IO,
                                             margin_, far, pair.parts_apart[index]);
-    if (gap.at_most < margin_) return true;
+    if (gap.at_most < margin_) {
+      pair.touched = index;
+      return true;
+    }
     if (gap.at_least < far) near.push_back({number, static_cast<std::uint32_t>(index)});
   }
   return false;
@@ -348,9 +416,16 @@ std::string PartChecker::nearest(const Eigen::Ref<const Eigen::VectorXd>& q) {
   std::string words;
   for (const Pair& pair : pairs_) {
     const Body &inner = bodies_[pair.inner], &outer = bodies_[pair.outer];
+    const auto far = [&least](const Eigen::Vector3d& between, const math::RoundBound& a,
+                              const math::RoundBound& b) {
+      return between.norm() - a.radius - b.radius >= least + kRounding;
+    };
+    if (far(centers_[pair.inner] - centers_[pair.outer], inner.around, outer.around)) continue;
     const Eigen::Isometry3d X_IO = between(inner, outer);
     for (const std::size_t a : inner.parts) {
       for (const std::size_t b : outer.parts) {
+        const math::RoundBound &round_a = parts_[a].around, &round_b = parts_[b].around;
+        if (far(X_IO * round_b.center - round_a.center, round_a, round_b)) continue;
         const double gap =
             math::gap_between(parts_[a].shape.shape, parts_[b].shape.shape, X_IO).at_most;
         if (gap >= least) continue;
@@ -360,6 +435,65 @@ std::string PartChecker::nearest(const Eigen::Ref<const Eigen::VectorXd>& q) {
     }
   }
   return words;
+}
+
+std::string PartChecker::torn(const Eigen::Ref<const Eigen::VectorXd>& a,
+                              const Eigen::Ref<const Eigen::VectorXd>& b,
+                              const Interrupt& interrupt) {
+  constexpr double kStep = 0.03;  // [rad]
+  constexpr int kAround = 2;      // steps around both ends in which all counts as free
+  using Place = std::array<int, 2>;
+  deviation_ = Eigen::VectorXd::Zero(arm_.dof());
+  for (std::uint32_t number = 0; number < pairs_.size(); ++number) {
+    const Body &inner = bodies_[pairs_[number].inner], &outer = bodies_[pairs_[number].outer];
+    const Eigen::Index first = inner.frame, n = outer.frame - first;
+    if (n < 1 || n > 2) continue;
+    place(a);
+    Place last{}, from{}, to{};
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      const auto place = [low = arm_.q_min[first + j]](double at) {
+        return static_cast<int>((at - low) / kStep);
+      };
+      last[i] = place(arm_.q_max[first + j]);
+      from[i] = place(a[first + j]);
+      to[i] = place(b[first + j]);
+    }
+    const auto steps = [](const Place& one, const Place& other) {
+      return std::max(std::abs(one[0] - other[0]), std::abs(one[1] - other[1]));
+    };
+    std::vector<char> seen(static_cast<std::size_t>((last[0] + 1) * (last[1] + 1)));
+    std::priority_queue<std::pair<int, Place>> open;  // nearest to the end first
+    const auto look_at = [&](const Place& at) {
+      if (at[0] < 0 || at[1] < 0 || at[0] > last[0] || at[1] > last[1]) return;
+      char& before = seen[static_cast<std::size_t>(at[0] * (last[1] + 1) + at[1])];
+      if (std::exchange(before, 1) != 0) return;
+      if (steps(at, from) > kAround && steps(at, to) > kAround) {
+        for (Eigen::Index j = 0; j < n; ++j)
+          place_next(static_cast<std::size_t>(first + j),
+                     arm_.q_min[first + j] + kStep * (at[static_cast<std::size_t>(j)] + 0.5));
+        centers_[pairs_[number].outer] =
+            frames_[static_cast<std::size_t>(outer.frame)] * outer.around.center;
+        if (touches(number, {}, near_)) return;
+      }
+      open.push({-steps(at, to), at});
+    };
+    bool met = false;
+    for (look_at(from); !met && !open.empty();) {
+      const auto [left, at] = open.top();
+      open.pop();
+      met = left == 0 || interrupt.now();
+      for (int i = 0; i < 9; ++i) look_at({at[0] + i / 3 - 1, at[1] + i % 3 - 1});
+    }
+    if (met) continue;
+    const auto name = [this](const Body& body) {
+      return body.obstacle ? parts_[body.parts.front()].name
+                           : arm_.groups[static_cast<std::size_t>(body.group)];
+    };
+    return name(outer) + " touches " + name(inner) + " wherever joint " +
+           std::to_string(first + n) + " passes";
+  }
+  return {};
 }
 
 }  // namespace mimesis::planner

@@ -89,6 +89,7 @@ std::vector<int> followed(const LinksOf& links_of, const Wave& wave, int start) 
   return path;
 }
 
+constexpr int kFewBranches = 500;          // of trees
 constexpr std::size_t kStraightTries = 4;  // goals, nearest first, tried on the straight line
 
 /// The postures of one iteration of the on-line refinement: the path nodes and their active
@@ -256,12 +257,22 @@ tl::expected<FoundPath, Status> find_one(const Roadmap& roadmap, CollisionChecke
   if (found.waypoints.empty()) {
     std::vector<Eigen::VectorXd> ends;
     for (const std::size_t i : open) ends.push_back(goals[i]);
-    auto path = join_by_trees(checker, start, ends,
-                              {.max_branches = settings.max_branches, .seed = settings.seed});
+    // With parts it takes long to exhaust all effort: first ask whether there can be a way at all.
+    TreeSettings effort{.max_branches = settings.max_branches, .seed = settings.seed};
+    if (checker.has_parts()) effort.max_branches = std::min(kFewBranches, effort.max_branches);
+    auto path = join_by_trees(checker, start, ends, effort);
+    std::string why;
+    if (!path && effort.max_branches < settings.max_branches && !interrupt.told()) {
+      for (const Eigen::VectorXd& end : ends)
+        if (why = checker.torn(start, end); why.empty()) break;
+      effort.max_branches = settings.max_branches;
+      if (why.empty()) path = join_by_trees(checker, start, ends, effort);
+    }
     if (!path) {
-      return tl::unexpected(interrupt.told() ? interrupt.reason()
-                                             : Status{"no path within the allowed effort" +
-                                                      on_the_straight_way(checker, start, ends)});
+      if (interrupt.told()) return tl::unexpected(interrupt.reason());
+      return tl::unexpected(Status{why.empty() ? "no path within the allowed effort" +
+                                                     on_the_straight_way(checker, start, ends)
+                                               : "no path: " + why});
     }
     found.waypoints = std::move(*path);
     found.by = FoundBy::trees;

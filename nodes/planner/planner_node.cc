@@ -245,7 +245,7 @@ foxglove::SceneUpdate draw_seen(const v1::Scene& scene, std::chrono::nanoseconds
 
 PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
-      arm_(model::load_checked_arm(params.robot)),
+      arm_(model::load_checked_arm(params.robot).arm),
       settings_(task_settings(params)),
       sequence_(sequence_settings(params, arm_)),
       job_(bus, arm_, settings_),

@@ -15,7 +15,8 @@ namespace {
 // Stops that leave the path are certified up to the pace at which the bridge catches up
 // (hw/bridge/command_track.cc).
 constexpr double kPace = 1.2;
-constexpr double kJerk = 0.95;  // share of the arm's limit of the jerk, at any speed
+constexpr double kJerk = 0.95;           // share of the arm's limit of the jerk, at any speed
+constexpr std::size_t kMostPieces = 32;  // of a path whose stops are proven at once by parts
 
 using Way = std::vector<Eigen::VectorXd>;
 
@@ -376,7 +377,7 @@ std::optional<PlannedMotion> timed_motion(const kin::ArmModel& arm, Phase phase,
         those.alone_s = alone_s;
         return stops.certify_stops(those);
       },
-      kPace * alone_s, kJerk * arm.j_max, settings.interrupt);
+      kPace * alone_s, kJerk * arm.j_max, settings.interrupt, stops.has_parts() ? kMostPieces : 1);
   if (!motion) return std::nullopt;
   return PlannedMotion{phase,         path.curves(), obstacles,    std::move(*motion),
                        path.length(), margin_m,      FoundBy::line};

@@ -141,44 +141,97 @@ Behind behind(const std::vector<GridPoint>& grid, const std::vector<double>& spe
   return past;
 }
 
+/// The speed at grid point i + 1 is at most what is reached from i: after a slower stretch it is
+/// still below the limit there.
+void reach_next(const std::vector<GridPoint>& grid, const Eigen::VectorXd& a_max, std::size_t i,
+                std::vector<double>& speed) {
+  const double ds = grid[i + 1].s - grid[i].s, x = speed[i] * speed[i];
+  const Interval u = accelerations(grid[i], grid[i + 1], x, speed[i + 1] * speed[i + 1], a_max);
+  if (!u.empty())
+    speed[i + 1] = std::min(speed[i + 1], std::sqrt(std::max(0.0, x + 2.0 * u.hi * ds)));
+}
+
+/// The stops that begin between grid points i and `end` at the speed s_dot or slower; what is
+/// between them is on a line.
+/// @param speed  at the grid points up to `end`
+Stops stops_between(const SmoothPath& path, const std::vector<GridPoint>& grid,
+                    const std::vector<double>& speed, std::size_t i, std::size_t end, double s_dot,
+                    double alone_s) {
+  const double ds = grid[end].s - grid[i].s;
+  Stops stops;
+  stops.q0 = path.at(grid[i].s).q;
+  stops.q1 = path.at(grid[end].s).q;
+  stops.bow_rad = std::max(grid[i].bend, grid[end].bend) * ds * ds / 8.0;
+  stops.v1 = s_dot * grid[end].dq;
+  // A line may begin at a kept corner, where q' is that of the line before.
+  stops.v0 = stops.bow_rad == 0.0 ? stops.v1 : Eigen::VectorXd(s_dot * grid[i].dq);
+  stops.pieces = static_cast<int>(end - i);
+  if (alone_s == 0.0) return stops;
+  Behind past = behind(grid, speed, i, alone_s);
+  for (std::size_t k = i + 1; k <= end; ++k) {
+    const Behind one = behind(grid, speed, k, alone_s);
+    past.way = std::max(past.way, one.way);
+    past.bend = std::max(past.bend, one.bend);
+  }
+  stops.before0 = path.at(std::max(0.0, grid[i].s - past.way)).q;
+  stops.before1 = grid[i].s < past.way ? stops.before0 : path.at(grid[end].s - past.way).q;
+  stops.before_bow_rad = past.stop ? past.way : past.bend * (past.way + ds) * (past.way + ds) / 8.0;
+  return stops;
+}
+
+/// The last grid point that is on a line with i and all between, `most` pieces of it at most.
+std::size_t end_of_line(const std::vector<GridPoint>& grid, std::size_t i, std::size_t most) {
+  std::size_t end = i + 1;
+  const bool line = grid[i].bend == 0.0 && grid[end].bend == 0.0;
+  while (line && end - i < most && end + 1 < grid.size() && grid[end].x_max > 0.0 &&
+         grid[end + 1].bend == 0.0)
+    ++end;
+  return end;
+}
+
 /// Lowers x_max where the motion could not be stopped at `speed`, which is the fastest. False if no
 /// speed is low enough, or interrupted.
+/// @param most_pieces  of a line whose stops are asked for at once, where they are soon proven
 bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::VectorXd& a_max,
-               const Stoppable& stoppable, double alone_s, std::vector<GridPoint>& grid,
-               const Interrupt& interrupt) {
+               const Stoppable& stoppable, double alone_s, std::size_t most_pieces,
+               std::vector<GridPoint>& grid, const Interrupt& interrupt) {
   constexpr double kSlower = 0.85, kLeast_rad_s = 0.01;
-  Stops stops;
-  stops.q1 = path.at(0.0).q;
-  for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
-    const double ds = grid[i + 1].s - grid[i].s;
-    // After a slower stretch the speed is still below the limit here.
-    const double x = speed[i] * speed[i];
-    const Interval u = accelerations(grid[i], grid[i + 1], x, speed[i + 1] * speed[i + 1], a_max);
-    if (!u.empty())
-      speed[i + 1] = std::min(speed[i + 1], std::sqrt(std::max(0.0, x + 2.0 * u.hi * ds)));
-    stops.q0 = stops.q1;
-    stops.q1 = path.at(grid[i + 1].s).q;
-    stops.bow_rad = std::max(grid[i].bend, grid[i + 1].bend) * ds * ds / 8.0;
-    for (double s_dot = std::max(speed[i], speed[i + 1]);; s_dot *= kSlower) {
-      stops.v1 = s_dot * grid[i + 1].dq;
-      // A line may begin at a kept corner, where q' is that of the line before.
-      stops.v0 = stops.bow_rad == 0.0 ? stops.v1 : Eigen::VectorXd(s_dot * grid[i].dq);
-      for (const std::size_t k : {i, i + 1}) {
-        speed[k] = std::min(speed[k], s_dot);
+  std::size_t pieces = most_pieces, alone = 0, wait = 1;
+  for (std::size_t i = 0; i + 1 < grid.size();) {
+    const std::size_t end = end_of_line(grid, i, pieces);
+    std::vector<double> now = speed;
+    for (std::size_t k = i; k < end; ++k) reach_next(grid, a_max, k, now);
+    double s_dot = 0.0;
+    for (std::size_t k = i; k <= end; ++k) s_dot = std::max(s_dot, now[k]);
+    const auto keep = [&] {
+      for (std::size_t k = i; k <= end; ++k) {
+        speed[k] = std::min(now[k], s_dot);
         grid[k].x_max = std::min(grid[k].x_max, speed[k] * speed[k]);
       }
-      if (alone_s > 0.0) {
-        const Behind one = behind(grid, speed, i, alone_s),
-                     two = behind(grid, speed, i + 1, alone_s);
-        const double way = std::max(one.way, two.way);
-        stops.before0 = path.at(std::max(0.0, grid[i].s - way)).q;
-        stops.before1 = grid[i].s < way ? stops.before0 : path.at(grid[i + 1].s - way).q;
-        stops.before_bow_rad =
-            one.stop ? way : std::max(one.bend, two.bend) * (way + ds) * (way + ds) / 8.0;
+    };
+    if (end > i + 1) {
+      const Stops stops = stops_between(path, grid, now, i, end, s_dot, alone_s);
+      if (stops.before_bow_rad > 0.0 || !stoppable(stops)) {
+        pieces = (end - i) / 2;
+        continue;
       }
-      if (stoppable(stops)) break;
-      if (s_dot < kLeast_rad_s || interrupt.now()) return false;
+      keep();
+      i = end;
+      pieces = std::min(2 * pieces, most_pieces);
+      wait = 1;
+      continue;
     }
+    for (keep(); !stoppable(stops_between(path, grid, speed, i, end, s_dot, alone_s)); keep()) {
+      if (s_dot < kLeast_rad_s || interrupt.now()) return false;
+      s_dot *= kSlower;
+      now = speed;
+    }
+    i = end;
+    // Near obstacles several at once are tried more and more rarely.
+    if (++alone < wait || most_pieces == 1) continue;
+    pieces = 2;
+    alone = 0;
+    wait = std::min(2 * wait, most_pieces);
   }
   return true;
 }
@@ -404,10 +457,10 @@ std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
                                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
                                             const Stoppable& stoppable, double alone_s,
                                             const Eigen::VectorXd& j_max_rad_s3,
-                                            const Interrupt& interrupt) {
+                                            const Interrupt& interrupt, std::size_t most_pieces) {
   std::vector<GridPoint> grid = grid_of(path, v_max_rad_s, interrupt);
   if (!slow_down(path, fastest(grid, x_max_of(grid), a_max_rad_s2, interrupt), a_max_rad_s2,
-                 stoppable, alone_s, grid, interrupt))
+                 stoppable, alone_s, most_pieces, grid, interrupt))
     return std::nullopt;
   JointTrajectory motion =
       timed(path, grid, {v_max_rad_s, a_max_rad_s2, j_max_rad_s3}, period_s, interrupt);

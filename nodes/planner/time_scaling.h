@@ -30,9 +30,9 @@ using Stoppable = std::function<bool(const Stops&)>;
 /// x from which the rest can be driven; then forwards: the largest u that stays below it.
 /// (Reachability analysis on the phase plane, Pham & Pham 2018.) Where `stoppable` refuses the
 /// speed, x is lowered until it agrees; it is told where the motion was `alone_s` before (0: not).
-/// The duration is then stretched to a whole number of
-/// periods. O(grid points × n × bisections). Empty if not even a slow motion can be stopped, or
-/// if it is interrupted.
+/// Of a line it is asked for up to `most_pieces` of the grid at once, and where it refuses, piece
+/// by piece. The duration is then stretched to a whole number of periods. O(grid points × n ×
+/// bisections). Empty if not even a slow motion can be stopped, or if it is interrupted.
 ///
 /// With limits of the jerk, s(t) is then averaged over a window T = max aⱼ/jⱼ: what stays below a
 /// then changes by at most 2a/T, and by a/T = j where s̈ keeps its sign or is 0 for T in between. So
@@ -45,7 +45,8 @@ std::optional<JointTrajectory> time_optimal(const SmoothPath& path,
                                             const Eigen::VectorXd& a_max_rad_s2, double period_s,
                                             const Stoppable& stoppable, double alone_s = 0.0,
                                             const Eigen::VectorXd& j_max_rad_s3 = {},
-                                            const Interrupt& interrupt = {});
+                                            const Interrupt& interrupt = {},
+                                            std::size_t most_pieces = 1);
 /// The same without stops.
 JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
                              const Eigen::VectorXd& a_max_rad_s2, double period_s,

@@ -29,7 +29,7 @@ kin::Table table_for(const WorldParams& params, const kin::ArmModel& arm) {
 
 WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
     : params_(params),
-      arm_model_(model::load_checked_arm(params.robot)),
+      arm_model_(model::load_checked_arm(params.robot).arm),
       table_(table_for(params, arm_model_)),
       world_(arm_model_, table_),
       arm_(bus, "joint_states", {.author = runtime::Author::first}),

@@ -138,7 +138,7 @@ TEST_F(Parts, LinesAreNeverContradictedAndNotRefusedForNothing) {
   EXPECT_GT(refused, 20);
 }
 
-/// With the boxes of joints in which pairs are proven once: also of stops that leave them.
+/// With the cells of joints in which pairs are proven once; also of a joint that fails alone.
 TEST_F(Parts, StopsAreNeverContradicted) {
   CollisionChecker parts(arm_, around_, kPartMargin);
   int certified = 0;
@@ -151,14 +151,20 @@ TEST_F(Parts, StopsAreNeverContradicted) {
     stops.q1 = q = q + 0.02 * stops.v0;
     stops.a = arm_.a_max;
     stops.delay_s = 0.01;
+    stops.alone_s = 0.02;
+    stops.before0 = stops.q0 - 0.02 * stops.v0;
+    stops.before1 = stops.q1 - 0.02 * stops.v0;
     if (!parts.certify_stops(stops)) continue;
     ++certified;
-    for (int k = 0; k < 12; ++k) {
+    for (int k = 0; k < 24; ++k) {
       const double u = in(0.0, 1.0), share = in(0.0, 1.0);
-      VectorXd at = stops.q0 + in(0.0, 1.0) * (stops.q1 - stops.q0) + in(0.0, 0.01) * stops.v0;
+      const bool alone = k % 2 == 0;
+      VectorXd at = stops.q0 + in(0.0, 1.0) * (stops.q1 - stops.q0);
+      if (!alone) at += in(0.0, 0.01) * stops.v0;
       for (Eigen::Index j = 0; j < at.size(); ++j) {
         const double v = stops.v0[j], a = stops.a[j], t = std::min(u, std::abs(v) / a);
         at[j] += share * std::copysign(std::abs(v) * t - 0.5 * a * t * t, v);
+        if (alone && j == k / 2 % arm_.dof()) at[j] += in(-0.02, 0.02) * v;
       }
       EXPECT_GE(clearance(at), kPartMargin - 1e-6);
     }
@@ -166,9 +172,8 @@ TEST_F(Parts, StopsAreNeverContradicted) {
   EXPECT_GT(certified, 60);
 }
 
-/// A tip that meets the base where the arm is folded, within 3 degrees: a box of both joints that
-/// is too large to be decided settles nothing, nor does one in which they touch.
-TEST(PartChecker, BoxesOfJointsHideNothing) {
+/// A tip that meets the base where the arm is folded, within 3 degrees.
+TEST(PartChecker, CellsOfJointsHideNothing) {
   kin::ArmModel arm;
   arm.links = {{.a = 0.5}, {.a = 0.5}};
   arm.q_max = Eigen::Vector2d(3.3, 3.3);
@@ -188,15 +193,24 @@ TEST(PartChecker, BoxesOfJointsHideNothing) {
     arm.parts.push_back(std::move(part));
   }
   PartChecker checker(arm, {}, kPartMargin);
-  const VectorXd still = VectorXd::Zero(2);
-  const Eigen::Vector2d folded(0.2, M_PI), open(0.2, 1.5);
-  checker.expect(arm.q_min, arm.q_max);
-  EXPECT_EQ(checker.judge(folded, still), PartChecker::Verdict::touches);
-  EXPECT_EQ(checker.judge(open, still), PartChecker::Verdict::free);
-  checker.expect(open.array() - 0.1, open.array() + 0.1);
-  EXPECT_EQ(checker.judge(folded, still), PartChecker::Verdict::touches) << "not in the box";
-  checker.expect(folded.array() - 0.1, folded.array() + 0.1);
-  EXPECT_EQ(checker.judge(folded, still), PartChecker::Verdict::touches);
+  const Eigen::Vector2d folded(0.2, M_PI), open(0.2, 1.5), near(0.2, M_PI - 0.2);
+  const auto judged = [&](const Eigen::Vector2d& q, double deviation) {
+    return checker.judge(q, Eigen::Vector2d::Constant(deviation), {}, nullptr, true);
+  };
+  using Verdict = PartChecker::Verdict;
+  for (int again = 0; again < 40; ++again) {  // more and more cells are known
+    EXPECT_NE(judged({0.0, 0.0}, 3.3), Verdict::free);
+    EXPECT_EQ(judged(folded, 0.0), Verdict::touches);
+    EXPECT_NE(judged(near, 0.3), Verdict::free) << "folded is in it";
+    EXPECT_NE(judged(near, 0.2), Verdict::free) << "folded is its corner";
+    EXPECT_EQ(judged(near, 0.1), Verdict::free);
+    EXPECT_EQ(judged(open, 0.1), Verdict::free);
+    EXPECT_NE(judged({0.2, 3.9}, 0.8), Verdict::free) << "it reaches beyond all cells";
+  }
+  const Eigen::Vector2d left(0.2, -2.0), beyond(0.2, 3.27);
+  EXPECT_EQ(checker.torn(open, left, {}), "");
+  EXPECT_EQ(checker.torn(open, beyond, {}), "tip touches base wherever joint 2 passes");
+  EXPECT_EQ(checker.torn(beyond, left, {}), "tip touches base wherever joint 2 passes");
 }
 
 TEST_F(Parts, NamesThePartAndWhatItTouches) {

@@ -93,6 +93,38 @@ TEST(TimeOptimal, IsSlowWhereItCouldNotBeStoppedElse) {
   EXPECT_FALSE(time_optimal(path, one(1.0), one(2.0), kPeriod, [](const Stops&) { return false; }));
 }
 
+TEST(TimeOptimal, PiecesAskedForAtOnceChangeNothing) {
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    std::mt19937 random(seed);
+    const auto draw = [&](double lo, double hi) {
+      return std::uniform_real_distribution(lo, hi)(random);
+    };
+    std::vector<Eigen::VectorXd> waypoints;
+    for (unsigned i = 0; i < 2 + seed % 4; ++i)
+      waypoints.emplace_back(Eigen::Vector3d(draw(-2, 2), draw(-2, 2), draw(-2, 2)));
+    const SmoothPath path(waypoints, 0.15, seed % 3 == 2 ? kNever : kAlways);
+    const double from = draw(-1.0, 1.0), slow = draw(0.1, 0.5);
+    const auto motion = [&](std::size_t most_pieces, std::size_t& asked) {
+      const auto may = [&](const Stops& stops) {
+        ++asked;
+        double lo = std::min(stops.q0[0], stops.q1[0]);
+        const double hi = std::max(stops.q0[0], stops.q1[0]);
+        if (stops.before0.size() > 0) lo = std::min(lo, stops.before0[0]);
+        return lo > from + 0.3 || hi < from ||
+               stops.v0.cwiseAbs().cwiseMax(stops.v1.cwiseAbs()).maxCoeff() <= slow;
+      };
+      return time_optimal(path, Eigen::Vector3d(1, 2, 1.5), Eigen::Vector3d(4, 8, 6), kPeriod, may,
+                          seed % 2 * 0.02, {}, {}, most_pieces);
+    };
+    std::size_t one_by_one = 0, at_once = 0;
+    const auto a = motion(1, one_by_one), b = motion(32, at_once);
+    ASSERT_TRUE(a && b);
+    EXPECT_EQ(a->position, b->position) << seed;
+    EXPECT_EQ(a->velocity, b->velocity) << seed;
+    EXPECT_LT(at_once, one_by_one) << seed;
+  }
+}
+
 /// Duration of the fastest motion over L from rest to rest: up to seven segments of constant jerk.
 double seven_segments(double L, double v, double a, double j) {
   const double reaches_a = 2.0 * a * a * a / (j * j);  // least L at which a is reached

@@ -12,7 +12,7 @@ namespace {
 
 using runtime::ParamVisitor;
 
-constexpr const char* kPlanFormat = "mimesis.plan 2";
+constexpr const char* kPlanFormat = "mimesis.plan 3";
 constexpr double kMost_m = 100.0, kMost_rad = 1000.0, kMost_s = 3600.0;
 
 void check_size(const std::string& key, std::size_t size, std::size_t unit, bool exactly,
@@ -54,9 +54,15 @@ void PlanMotion::visit(ParamVisitor& v) {
   list(v, "instants", instants);
 }
 
+void PlanInput::visit(ParamVisitor& v) {
+  v("file", file);
+  v("sum", sum);
+}
+
 void PlanFile::visit(ParamVisitor& v) {
   v("format", format, {kPlanFormat});
   v("robot", robot);
+  list(v, "inputs", inputs);
   v("period_s", period_s, 1e-4, 1.0);
   v("margin_m", margin_m, 0.0, 1.0);
   v("stop_margin_m", stop_margin_m, 0.0, 1.0);

@@ -52,6 +52,13 @@ struct PlanMotion {
   void visit(runtime::ParamVisitor& v);
 };
 
+/// A file that tells what the arm is, and a sum of its bytes (FNV-1a, 16 hexadecimal digits).
+struct PlanInput {
+  std::string file, sum;
+
+  void visit(runtime::ParamVisitor& v);
+};
+
 /// A plan for an arm: every instant with its stops. Those that leave the path follow from the file:
 /// for up to `stop_delay_s` the joints go on at their speeds, then each is slowed down by its
 /// drive, with the `a_max_rad_s2` of the arm's file or harder. One drive may fail alone: it stands
@@ -59,8 +66,9 @@ struct PlanMotion {
 struct PlanFile {
   static constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-  std::string format;  ///< "mimesis.plan 2"
-  std::string robot;   ///< file of the arm
+  std::string format;             ///< "mimesis.plan 3"
+  std::string robot;              ///< file of the arm
+  std::vector<PlanInput> inputs;  ///< it, its URDF and meshes, when this was planned
   double period_s = kMissing;
   double margin_m = kMissing;       ///< least distance along the motions
   double stop_margin_m = kMissing;  ///< least distance of stops that leave the path

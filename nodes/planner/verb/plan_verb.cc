@@ -17,6 +17,7 @@
 #include "common/time.h"
 #include "nodes/planner/move_plan.h"
 #include "nodes/planner/verb/plan_file.h"
+#include "nodes/planner/verb/verify_geometry.h"
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
@@ -229,10 +230,12 @@ PlanMotion exported(const PlannedMotion& motion, const kin::ArmModel& arm) {
   return out;
 }
 
-void save(const PlanOptions& o, const kin::ArmModel& arm, const planner::TaskSettings& settings,
-          const Plan& plan) {
+void save(const PlanOptions& o, const model::CoveredArm& covered,
+          const planner::TaskSettings& settings, const Plan& plan) {
+  const kin::ArmModel& arm = covered.arm;
   PlanFile file;
   file.robot = o.robot;
+  file.inputs = inputs_of(o.robot, covered);
   file.period_s = settings.period_s;
   file.margin_m = settings.margin_m;
   file.stop_margin_m = planner::kStopMargin * settings.margin_m;
@@ -284,7 +287,8 @@ void write_scene(const std::string& file, const kin::ArmModel& arm, const kin::T
 }
 
 int plan_and_print(const PlanOptions& o) {
-  const kin::ArmModel arm = model::load_checked_arm(o.robot);
+  const model::CoveredArm covered = model::load_checked_arm(o.robot);
+  const kin::ArmModel& arm = covered.arm;
   const kin::Table table = model::load_scene(o.scene);
   const Eigen::VectorXd start =
       o.start.empty() ? arm.home : posture(arm, "--start", o.start, planner::kAtLimit);
@@ -331,7 +335,7 @@ int plan_and_print(const PlanOptions& o) {
   report["length_rad"] = plan->length_rad;
   report["duration_s"] = duration_s;
   for (const auto& q : plan->waypoints) report["path_rad"].push_back(numbers(q));
-  if (!o.out.empty()) save(o, arm, settings, *plan);
+  if (!o.out.empty()) save(o, covered, settings, *plan);
   if (!o.scene_log.empty()) write_scene(o.scene_log, arm, table, *plan);
   if (o.json) {
     std::cout << json_text(report) << '\n';

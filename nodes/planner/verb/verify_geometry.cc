@@ -11,12 +11,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 
+#include "common/runtime/param_source.h"
 #include "nodes/planner/verb/hulls_apart.h"
 
 namespace mimesis::tool {
@@ -254,17 +256,26 @@ std::set<std::string> judged_links(const TiXmlElement& robot, const std::string&
   return judged;
 }
 
+/// The elements that tell a link's shape.
+std::vector<const TiXmlElement*> shapes_of(const TiXmlElement& link, bool use_visual) {
+  std::vector<const TiXmlElement*> shapes;
+  for (const char* kind : {"collision", "visual"}) {
+    if (!shapes.empty() || (!use_visual && kind[0] == 'v')) break;
+    for (auto* shape = link.FirstChildElement(kind); shape != nullptr;
+         shape = shape->NextSiblingElement(kind))
+      shapes.push_back(shape);
+  }
+  return shapes;
+}
+
 std::string gap_of(const TiXmlElement& link, const model::CoveredArm& arm, const LinkCover& cover) {
-  const TiXmlElement* shape = link.FirstChildElement("collision");
-  const char* kind = "collision";
-  if (shape == nullptr && arm.use_visual) shape = link.FirstChildElement(kind = "visual");
   try {
-    for (; shape != nullptr; shape = shape->NextSiblingElement(kind)) {
+    for (const TiXmlElement* shape : shapes_of(link, arm.use_visual)) {
       const TiXmlElement* geometry = shape->FirstChildElement("geometry");
       if (geometry == nullptr) return "has a shape without geometry";
-      if (cover.empty()) return "has geometry, but no part or ball";
       const Eigen::Isometry3d X = pose(shape->FirstChildElement("origin"));
       for (const Triangle& t : surface(*geometry, arm)) {
+        if (cover.empty()) return "has geometry, but no part or ball";
         if (const auto bare = cover.bare({X * t[0], X * t[1], X * t[2]}))
           return fmt::format("no part or ball holds its geometry at ({:.4f}, {:.4f}, {:.4f}) m",
                              bare->x(), bare->y(), bare->z());
@@ -276,7 +287,56 @@ std::string gap_of(const TiXmlElement& link, const model::CoveredArm& arm, const
   return {};
 }
 
+PlanInput input_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::uint64_t sum = 0xcbf29ce484222325u;
+  for (std::istreambuf_iterator<char> byte(in), end; byte != end; ++byte)
+    sum = (sum ^ static_cast<unsigned char>(*byte)) * 0x100000001b3u;
+  return {file.string(), fmt::format("{:016x}", sum)};
+}
+
 }  // namespace
+
+std::vector<PlanInput> inputs_of(const std::string& robot, const model::CoveredArm& arm) {
+  std::vector<PlanInput> inputs{input_of(runtime::find_model_file(robot))};
+  TiXmlDocument document(arm.urdf);
+  if (arm.urdf.empty() || !document.LoadFile() || document.RootElement() == nullptr) return inputs;
+  inputs.push_back(input_of(arm.urdf));
+  const TiXmlElement& robot_element = *document.RootElement();
+  const std::set<std::string> judged = judged_links(robot_element, arm.base, arm.tip);
+  std::set<fs::path> meshes;
+  for (auto* link = robot_element.FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    const char* name = link->Attribute("name");
+    if (name == nullptr || !judged.contains(name)) continue;
+    for (const TiXmlElement* shape : shapes_of(*link, arm.use_visual)) {
+      const TiXmlElement* geometry = shape->FirstChildElement("geometry");
+      const auto* mesh = geometry != nullptr ? geometry->FirstChildElement("mesh") : nullptr;
+      const char* file = mesh != nullptr ? mesh->Attribute("filename") : nullptr;
+      if (file == nullptr) continue;
+      try {
+        meshes.insert(mesh_file(arm.urdf, file, arm.mesh_paths));
+      } catch (const Unreadable&) {  // said of the link, or excused
+      }
+    }
+  }
+  std::ranges::transform(meshes, std::back_inserter(inputs), input_of);
+  return inputs;
+}
+
+std::vector<std::string> changed_inputs(const PlanFile& plan, const std::vector<PlanInput>& now) {
+  const auto name = [](const PlanInput& input) { return fs::path(input.file).filename(); };
+  std::vector<std::string> changes;
+  for (const PlanInput& input : now) {
+    if (std::ranges::count(plan.inputs, input.sum, &PlanInput::sum) == 0)
+      changes.push_back(input.file + ": not as it was when this was planned");
+  }
+  for (const PlanInput& input : plan.inputs) {
+    if (std::ranges::count(now, name(input), name) == 0)
+      changes.push_back(input.file + ": the arm was planned with it, now it has none of this name");
+  }
+  return changes;
+}
 
 std::vector<std::string> geometry_gaps(const model::CoveredArm& arm) {
   if (arm.urdf.empty()) return {};

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "common/model/files.h"
+#include "nodes/planner/verb/plan_file.h"
 
 namespace mimesis::tool {
 
@@ -12,5 +13,10 @@ namespace mimesis::tool {
 /// corners are in one part; else it is halved, down to a millimetre, where corners may be in
 /// different ones.
 std::vector<std::string> geometry_gaps(const model::CoveredArm& arm);
+
+/// The arm's file, its URDF, and the meshes of the links above, as they are now.
+std::vector<PlanInput> inputs_of(const std::string& robot, const model::CoveredArm& arm);
+/// How the inputs of now differ from those of a plan, a line each.
+std::vector<std::string> changed_inputs(const PlanFile& plan, const std::vector<PlanInput>& now);
 
 }  // namespace mimesis::tool

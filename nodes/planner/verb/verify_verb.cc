@@ -26,8 +26,8 @@ struct VerifyOptions {
 
 int verify(const VerifyOptions& o) {
   const PlanFile plan = load_plan(o.file);
-  const model::CoveredArm covered =
-      model::load_covered_arm(o.robot.empty() ? plan.robot : o.robot, false);
+  const std::string& robot = o.robot.empty() ? plan.robot : o.robot;
+  const model::CoveredArm covered = model::load_covered_arm(robot, false);
   const kin::ArmModel& arm = covered.arm;
   PlanVerdict verdict;
   try {
@@ -35,7 +35,8 @@ int verify(const VerifyOptions& o) {
   } catch (const ConfigError& e) {
     throw ConfigError(o.file + ": " + e.what());
   }
-  std::vector<std::string> gaps = geometry_gaps(covered);
+  std::vector<std::string> gaps = changed_inputs(plan, inputs_of(robot, covered));
+  for (std::string& gap : geometry_gaps(covered)) gaps.push_back(std::move(gap));
   if (arm.balls.empty())
     gaps.emplace_back("the arm has neither parts nor balls: nothing is checked");
   for (const std::string& link : arm.unchecked)

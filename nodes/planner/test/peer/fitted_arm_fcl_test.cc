@@ -296,7 +296,10 @@ TEST_P(PublicArms, DISABLED_SlowPlanWhatOmplPlansOnTheMeshes) {
     };
     for (int query = 0; query < 5; ++query, ++asked) {
       const VectorXd start = valid(), goal = valid();
-      ASSERT_GT(goal.size(), 0);
+      if (goal.size() == 0) {
+        std::cout << "no valid posture in scene " << scene << '\n';
+        break;
+      }
       bool solved = false;
 #ifdef MIMESIS_OMPL
       solved = peer::rrt_connect_solves(
@@ -330,6 +333,7 @@ TEST_P(PublicArms, DISABLED_SlowPlanWhatOmplPlansOnTheMeshes) {
       }
     }
   }
+  ASSERT_GT(asked, 0);
   std::ranges::sort(seconds);
   std::cout << GetParam().urdf << ": " << arm.parts.size() << " parts, fitted in " << fitted.count()
             << " s; planned " << planned << " of " << asked << ", OMPL " << ompl << ", both "
@@ -337,6 +341,7 @@ TEST_P(PublicArms, DISABLED_SlowPlanWhatOmplPlansOnTheMeshes) {
             << 1e3 * seconds[seconds.size() / 2] << " ms, p95 "
             << 1e3 * seconds[seconds.size() * 95 / 100] << " ms; " << contacts << " contacts in "
             << instants << " instants\n";
+  EXPECT_GT(planned, 0);
   EXPECT_EQ(contacts, 0);
   EXPECT_GE(both, 0.95 * ompl);
 }

@@ -680,7 +680,7 @@ TEST(PlanVerb, SurvivesDamagedPlans) {
   }
   EXPECT_GT(refused, 50);
   const Ran r =
-      run({"verify", written("robot.yaml", "format: mimesis.plan 2\nrobot: lwr4.yaml\n")});
+      run({"verify", written("robot.yaml", "format: mimesis.plan 3\nrobot: lwr4.yaml\n")});
   EXPECT_EQ(r.code, 2);
   EXPECT_NE(r.errors.find("period_s"), std::string::npos) << r.errors;
   const Ran other = run({"verify", file, "--robot", "lwr4.yaml"});

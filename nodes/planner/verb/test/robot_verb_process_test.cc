@@ -9,6 +9,7 @@
 #include "common/model/files.h"
 #include "common/testing/process.h"
 #include "common/testing/temporary_folder.h"
+#include "nodes/planner/verb/verify_geometry.h"
 
 namespace mimesis::tool {
 namespace {
@@ -67,7 +68,7 @@ TEST_F(RobotNew, AnArmMovesByTheThreeCommands) {
   ASSERT_EQ(make({urdf()}), 0) << errors_;
   EXPECT_NE(output_.find("5 joints from link 0 to link 5"), std::string::npos) << output_;
   EXPECT_NE(output_.find("joint to left stays at 0.01"), std::string::npos);
-  const kin::ArmModel arm = model::load_checked_arm(file());
+  const kin::ArmModel arm = model::load_checked_arm(file()).arm;
   EXPECT_EQ(arm.dof(), 5);
   EXPECT_EQ(arm.a_max[0], 3.0) << "1.5 rad/s in half a second";
   EXPECT_TRUE(model::touching_groups(arm, arm.home).empty()) << "a plan can begin at home";
@@ -127,14 +128,14 @@ TEST_F(RobotNew, NothingIsProvenOfAnArmThatLacksAPart) {
 TEST_F(RobotNew, TakesLinksAsTheyAreDrawnAndNamesThoseWithoutShape) {
   const std::string drawn = "<visual><geometry><box size='0.05 0.05 0.2'/></geometry></visual>";
   ASSERT_EQ(make({urdf(drawn)}), 0) << errors_;
-  EXPECT_TRUE(model::load_checked_arm(file()).unchecked.empty());
+  EXPECT_TRUE(model::load_checked_arm(file()).arm.unchecked.empty());
   const std::string heavy =
       "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
       "</inertial>";
   ASSERT_EQ(make({urdf(heavy), "--force"}), 0) << errors_;
   EXPECT_NE(output_.find("of no known shape, checked against nothing: link 3"), std::string::npos)
       << output_;
-  EXPECT_EQ(model::load_checked_arm(file()).unchecked, std::vector<std::string>{"link 3"});
+  EXPECT_EQ(model::load_checked_arm(file()).arm.unchecked, std::vector<std::string>{"link 3"});
 }
 
 /// A URDF that was made on another machine.
@@ -200,7 +201,7 @@ TEST_F(RobotNew, ReadsAnSrdf) {
   EXPECT_NE(output_.find("a state places joint 'to thumb', which the robot lacks"),
             std::string::npos)
       << output_;
-  const kin::ArmModel arm = model::load_checked_arm(this->file());
+  const kin::ArmModel arm = model::load_checked_arm(this->file()).arm;
   EXPECT_EQ(std::vector<double>(arm.home.begin(), arm.home.end()),
             (std::vector<double>{0.0, 0.4, 0.0, -0.7}));
   const auto checked = [&](const std::string& a, const std::string& b) {
@@ -248,12 +249,17 @@ TEST_F(RobotNew, TakesWhatExportersWrite) {
   swap("<link name='link 0'>",
        "<link name='link 0'><collision><geometry><box size='0 0 0'/>"
        "</geometry></collision>");
+  swap("</robot>",
+       "<link name='mark'><collision><geometry><box size='0 0 0'/></geometry></collision></link>"
+       "<joint name='to mark' type='fixed'><parent link='link 5'/><child link='mark'/></joint>"
+       "</robot> ");
   std::ofstream(folder_ / "my arm.urdf") << text;
   ASSERT_EQ(make({folder_ / "my arm.urdf", "--speed-rad-s", "0.7"}), 0) << errors_;
   EXPECT_NE(text_of(file()).find("v_max_rad_s: [0.7, 0.7, 0.7, 0.7, 0.7]"), std::string::npos);
   EXPECT_NE(text_of(file()).find("1.1344640137963142"), std::string::npos) << "home";
   const model::CoveredArm arm = model::load_covered_arm(file());
   EXPECT_EQ(arm.arm.v_max, Eigen::VectorXd::Constant(5, 0.7));
+  EXPECT_EQ(geometry_gaps(arm), std::vector<std::string>{});
 }
 
 /// As on large arms of ABB and Fanuc: it moves beside the chain, with a joint of it.
