@@ -195,7 +195,7 @@ std::size_t end_of_line(const std::vector<GridPoint>& grid, std::size_t i, std::
 bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::VectorXd& a_max,
                const Stoppable& stoppable, double alone_s, std::size_t most_pieces,
                std::vector<GridPoint>& grid, const Interrupt& interrupt) {
-  constexpr double kSlower = 0.85, kLeast_rad_s = 0.01;
+  constexpr double kSlowerBy = 0.85, kLeast_rad_s = 0.01;
   std::size_t pieces = most_pieces, alone = 0, wait = 1;
   for (std::size_t i = 0; i + 1 < grid.size();) {
     const std::size_t end = end_of_line(grid, i, pieces);
@@ -223,7 +223,7 @@ bool slow_down(const SmoothPath& path, std::vector<double> speed, const Eigen::V
     }
     for (keep(); !stoppable(stops_between(path, grid, speed, i, end, s_dot, alone_s)); keep()) {
       if (s_dot < kLeast_rad_s || interrupt.now()) return false;
-      s_dot *= kSlower;
+      s_dot *= kSlowerBy;
       now = speed;
     }
     i = end;
