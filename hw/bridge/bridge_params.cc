@@ -74,6 +74,11 @@ std::unique_ptr<Actuators> make_powercube(const ActuatorsRequest& request) {
   const auto& [p, joints, stays_powered, graph, frames] = request;
   const std::vector<BusShare> buses = complete(p.buses, p.can, joints);
   const std::vector<cia402::Axis> axes = complete(p.axes, joints);
+  for (const cia402::Axis& axis : axes) {
+    if (axis.guarding || axis.mode != "csp")
+      throw ConfigError(
+          "axes: guarding and mode are of CANopen drives, PowerCube modules have none");
+  }
   if (buses.size() != 1)
     throw ConfigError("buses: PowerCube modules stand on one bus, there are more");
   return std::make_unique<powercube::Driver>(
@@ -92,6 +97,9 @@ std::unique_ptr<Actuators> make_udp(const ActuatorsRequest& request) {
   const auto& [p, joints, stays_powered, graph, frames] = request;
   if (p.controller.empty())
     throw ConfigError("controller: expected HOST:PORT of the controller, since " + p.robot +
+                      " has drives: udp");
+  if (!p.buses.empty() || !p.axes.empty() || p.log_frames)
+    throw ConfigError("buses, axes, machine, log_frames: are of drives on a bus, " + p.robot +
                       " has drives: udp");
   if (stays_powered)
     throw ConfigError(p.robot +
@@ -143,6 +151,9 @@ void add_actuators(const std::string& kind, MakeActuators make) {
 }
 
 std::unique_ptr<Actuators> make_actuators(const ActuatorsRequest& request) {
+  const std::string& drives = request.joints.drives;
+  if (!request.params.controller.empty() && (drives == "cia402" || drives == "powercube"))
+    throw ConfigError("controller: is of robots with drives: udp, not with drives: " + drives);
   const auto found = known_actuators().find(request.joints.drives);
   if (found != known_actuators().end()) return found->second(request);
   std::string known;

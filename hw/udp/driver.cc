@@ -13,7 +13,7 @@ namespace mimesis::hw::udp {
 namespace {
 
 constexpr double kBehind = 4.0;  // cycles that a joint may be behind its set-point
-constexpr std::chrono::milliseconds kReset(500);
+constexpr std::chrono::milliseconds kReset(500), kLongestStop(2000);
 
 DriveState drive_of(Condition condition) {
   switch (condition) {
@@ -140,7 +140,12 @@ void Driver::supervise() {
       if (fresh_) supervise_tracking();
       return;
     case Phase::stopping:
-      if (is == Condition::off) enter(Phase::idle);
+      if (is == Condition::off) {
+        enter(Phase::idle);
+      } else if (now_ - entered_ > kLongestStop) {
+        fault(fmt::format("{}: expected off within 2 s of the order to stop, is {}", controller(),
+                          name(is)));
+      }
       return;
     case Phase::fault:
       if (reset_until_ != Time{} && is == Condition::off) {

@@ -65,6 +65,7 @@ std::optional<State> decode_state(std::string_view bytes) {
   const auto condition = get<std::uint8_t>(bytes, 16);
   const bool known = condition <= static_cast<std::uint8_t>(Condition::fault);
   if (n == 0 || n > kMostJoints || bytes.size() != kHead + 24 * n || !known) return std::nullopt;
+  if (get<std::uint32_t>(bytes, 4) == 0) return std::nullopt;  // no session
   State state{.header = {.session = get<std::uint32_t>(bytes, 4),
                          .sequence = get<std::uint32_t>(bytes, 8),
                          .heard = get<std::uint32_t>(bytes, 12),

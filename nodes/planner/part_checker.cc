@@ -447,7 +447,8 @@ std::string PartChecker::torn(const Eigen::Ref<const Eigen::VectorXd>& a,
   for (std::uint32_t number = 0; number < pairs_.size(); ++number) {
     const Body &inner = bodies_[pairs_[number].inner], &outer = bodies_[pairs_[number].outer];
     const Eigen::Index first = inner.frame, n = outer.frame - first;
-    if (n < 1 || n > 2) continue;
+    const auto slides = [&](Eigen::Index j) { return arm_.links[std::size_t(j)].slides; };
+    if (n < 1 || n > 2 || slides(first) || slides(first + n - 1)) continue;  // a rail may be long
     place(a);
     Place last{}, from{}, to{};
     for (Eigen::Index j = 0; j < n; ++j) {

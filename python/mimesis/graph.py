@@ -117,7 +117,8 @@ class Publication:
         stamp(message, stamp_ns, self._seq)
         graph = self._graph
         frame = self.topic.encode() + b"\0" + HEADER.pack(self._seq, stamp_ns, self._hash, graph.start_id, graph.tick_ns)
-        graph.published.append((self.topic, self._seq, self.latched))
+        if graph.published is not None:
+            graph.published.append((self.topic, self._seq, self.latched))
         self._last = [frame, message.SerializeToString(deterministic=True)]
         self._graph.serve()
         for out in self._graph.outputs:
@@ -222,7 +223,7 @@ class Graph(Services):
         super().__init__(name or f"python-{os.getpid()}")
         _check_name("node name", self.name)
         self.tick_ns, self.step_ns = 0, None  # of a node's step: in lock-step, on any clock
-        self.published, self.on_served = collections.deque(maxlen=1000), None
+        self.published, self.on_served = None, None  # a list: of what was sent, in lock-step
         self.greeted = set()  # start ids of reliable subscribers
         self.start_id = secrets.randbits(63) | 1
         self.directory = graph_directory(graph or os.environ.get("MIMESIS_GRAPH") or "default")

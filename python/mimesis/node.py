@@ -12,6 +12,7 @@ import socket
 import struct
 import sys
 import time
+import traceback
 
 import zmq
 
@@ -31,7 +32,7 @@ class Input:
 
     def __init__(self, node, port, kind, policy):
         self.port, self.kind, self.policy, self.topic = port, kind, policy, None
-        self.received = self.dropped = self.last_ns = 0
+        self.received = self.dropped = self.rejected = self.last_ns = 0
         self._node, self.waiting = node, collections.deque()
 
     def put(self, received):
@@ -74,8 +75,8 @@ class Node:
 
     def parameter(self, key, value, least=-math.inf, most=math.inf, meaning=""):
         made = self._bus.parameter(key, value, least, most, meaning)
-        given = self._given.pop(key, None)
-        if given is not None:
+        if key in self._given:
+            given = self._given.pop(key)
             try:
                 made.value = made.read(given if isinstance(given, str) else json.dumps(given))
             except ValueError as error:
@@ -171,6 +172,9 @@ class _Live(live.Graph):
         super().__init__(options.name, options.graph, options.bind, clock=options.clock, ready=False)
         self.lockstep, self._ports, self._record, self._log = options.clock == "lockstep", [], None, None
         self.policy, self._steps, self._requests_served = {}, 0, []
+        if self.lockstep:
+            self.published = []  # for the conductor, who shows these messages to others
+        self._alike = {}  # whether a publisher's type is that of an input, by its class
         self.on_served = lambda service, asked, answer: self._requests_served.append((service, asked, answer))
         self._own, self._looked, self._poller = {}, 0.0, zmq.Poller()
         for into in (*self._inputs.values(), self._requests):
@@ -236,9 +240,10 @@ class _Live(live.Graph):
                 self._deliver(made, self._inbox[made.topic].popleft())
 
     def deliver(self, visible):
-        """Lock-step: exactly these, in their order; each is waited for, 5 s at most."""
+        """Lock-step: exactly these, in their order; each is waited for, 5 s at most, 0.5 s if its publisher is gone."""
         for wanted in visible:
-            ports, until = [p for p in self._ports if p.topic == wanted.topic], time.monotonic() + 5.0
+            lives = any(n.start_id == wanted.start_id for n in self._nodes.values())
+            ports, until = [p for p in self._ports if p.topic == wanted.topic], time.monotonic() + (5.0 if lives else 0.5)
             while ports:
                 box = self._inbox[wanted.topic]
                 found = next((m for m in box if (m.start_id, m.seq) == (wanted.start_id, wanted.seq)), None)
@@ -254,8 +259,14 @@ class _Live(live.Graph):
                 self.gather(0.02)
 
     def _deliver(self, made, received):
-        if received.message.DESCRIPTOR.full_name == made.kind.DESCRIPTOR.full_name:
-            made.put(live.dataclasses.replace(received, message=made.kind.FromString(received.payload)))
+        pair = type(received.message), made.port
+        if pair not in self._alike:
+            self._alike[pair] = types.type_hash(pair[0].DESCRIPTOR) == types.type_hash(made.kind.DESCRIPTOR)
+        if self._alike[pair]:
+            return made.put(live.dataclasses.replace(received, message=made.kind.FromString(received.payload)))
+        made.rejected += 1
+        self._complain(pair, f"{made.topic}: messages of node {received.source} are of another {pair[0].DESCRIPTOR.full_name} than "
+                             f"input {made.port} takes ({made.kind.DESCRIPTOR.full_name}); ignored")
 
     # The record of steps.
 
@@ -297,7 +308,7 @@ class _Live(live.Graph):
     def health(self, now_ns, steps, overruns, worst_s, mean_s):
         self._own["health"].send(self._own["health"].message(
             node=self.name, steps=steps, overruns=overruns, worst_step_s=worst_s, mean_step_s=mean_s, sent=self.count(),
-            inputs=[{"topic": p.topic, "received": p.received, "lost": self._lost[p.topic], "dropped": p.dropped,
+            inputs=[{"topic": p.topic, "received": p.received, "lost": self._lost[p.topic], "dropped": p.dropped, "rejected": p.rejected,
                      "age_s": (now_ns - p.last_ns) * 1e-9 if p.last_ns else -1.0} for p in self._ports]), now_ns)
 
 
@@ -334,6 +345,8 @@ class _Clock:
                 if news is not None and news.ended:
                     return None
                 if news is not None and news.factor > 0:
+                    if self.base and news.time_ns < self.now_ns() - 1_000_000_000:
+                        self.due = None  # the clock was started again
                     self.base = news.time_ns, news.wall_ns, news.factor
                 if not self.base:
                     self.bus.gather(0.02)
@@ -360,7 +373,10 @@ class _Clock:
             if not select.select([self.socket], [], [], 0.02)[0]:
                 self.bus.gather()
                 continue
-            packet = self.socket.recv(1 << 20)
+            try:
+                packet = self.socket.recv(1 << 20)
+            except OSError:
+                packet = b""
             if not packet:
                 self.socket = None
                 continue
@@ -382,15 +398,18 @@ class _Clock:
 
     def _join(self):
         made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        join = types.message_type("mimesis.v1.LockstepJoin")(
+            node=self.bus.name, start_id=self.bus.start_id, rate_hz=self.node.rate_hz, offset_s=self.node.offset_s,
+            inputs=list(self.bus.policy), resume_ns=self.bus.tick_ns)
         try:
             made.connect(str(self.bus.directory / "clock.sock"))
+            for publication in self._published():
+                join.published.add(**publication)
+            made.send(join.SerializeToString())
         except OSError:
             made.close()
             return False
         self.socket, self.generation, self.step = made, 0, 0
-        made.send(types.message_type("mimesis.v1.LockstepJoin")(
-            node=self.bus.name, start_id=self.bus.start_id, rate_hz=self.node.rate_hz, offset_s=self.node.offset_s,
-            inputs=list(self.bus.policy), published=self._published(), resume_ns=self.bus.tick_ns).SerializeToString())
         return True
 
     def done(self):
@@ -436,14 +455,18 @@ def _live_run(node, options):
         bus.meet_members()
         bus.announce_ready()
         notify("READY=1")
-        steps = worst = total = since = 0
+        steps = worst = total = since = code = 0
         next_ns = None
-        while (now := clock.wait()) is not None:
+        while not code and (now := clock.wait()) is not None:
             if steps == 0:
                 bus.start(node, now)
             began = time.monotonic()
             bus.begin(STEP, now)
-            node.step(now)
+            try:
+                node.step(now)
+            except Exception:  # it still stops what it moves
+                traceback.print_exc()
+                code = 1
             bus.end(now)
             took, steps, since = time.monotonic() - began, steps + 1, since + 1
             worst, total = max(worst, took), total + took
@@ -451,7 +474,7 @@ def _live_run(node, options):
             if now >= next_ns:
                 bus.health(now, steps, clock.overruns, worst, total / since)
                 worst = total = since = 0
-                next_ns += 1_000_000_000
+                next_ns += (now - next_ns) // 1_000_000_000 * 1_000_000_000 + 1_000_000_000
             clock.done()
         notify("STOPPING=1")
         now = clock.now_ns()
@@ -461,7 +484,7 @@ def _live_run(node, options):
         notify("WATCHDOG=1")
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, signal.SIG_IGN)  # else one that comes now kills the interpreter
-    return 0
+    return code
 
 
 def _replay(node, options):
@@ -525,17 +548,20 @@ def _file_params(given, arguments):
         tree = yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise Refused(f"{name}: {' '.join(str(error).split())}") from None
-    known = {k: (v or {}).get("default") for k, v in (tree.get("args") or {}).items()} if isinstance(tree, dict) else {}
+    declared = tree.get("args") if isinstance(tree, dict) and isinstance(tree.get("args"), dict) else {}
+    known = {k: v["default"] for k, v in declared.items() if isinstance(v, dict) and v.get("default") is not None}
     known.update(a.partition("=")[::2] for a in arguments)
     for key in filter(None, path.split(".")):
         tree = tree.get(key) if isinstance(tree, dict) else None
+    if not isinstance(tree, dict):
+        raise Refused(f"{given}: expected parameters as a map")
 
     def fill(match):
         if match[1] not in known:
             raise Refused(f"{given}: '{match[0]}' is not known to a node in Python, expected ${{arg:NAME}} of the file")
         return str(known[match[1]]).lower() if isinstance(known[match[1]], bool) else str(known[match[1]])
 
-    return {k: re.sub(r"\$\{(?:arg:)?([^}]*)\}", fill, v) if isinstance(v, str) else v for k, v in (tree or {}).items()}
+    return {k: re.sub(r"\$\{(?:arg:)?([^}]*)\}", fill, v) if isinstance(v, str) else v for k, v in tree.items()}
 
 
 def run(kind, argv=None):

@@ -50,9 +50,18 @@ class Nodes(unittest.TestCase):
         return log
 
     def test_mistakes_are_refused_in_one_line(self):
+        pathlib.Path(self.folder.name, "a.yaml").write_text(
+            "args: {salt: {type: int}, odd: 3}\nnodes: {summer: {params: {salt: \"${arg:salt}\"}}}\n")
+        pathlib.Path(self.folder.name, "b.yaml").write_text("salt:\n")
         for words, line in ((["--set", "salt=2000"], "summer: summer.salt: 2000 is outside [0, 1000]\n"),
                             (["--set", "slat=2"], "summer: summer.slat: unknown parameter; there are: rate_hz, offset_s, salt\n"),
                             (["--in", "wrod=a/b"], "summer: summer.wrod: unknown input; there are: word\n"),
+                            (["--params", f"{self.folder.name}/a.yaml#nodes.other.params"],
+                             f"summer: {self.folder.name}/a.yaml#nodes.other.params: expected parameters as a map\n"),
+                            (["--params", f"{self.folder.name}/a.yaml#nodes.summer.params"],
+                             f"summer: {self.folder.name}/a.yaml#nodes.summer.params: '${{arg:salt}}' is not known to a node in Python, "
+                             "expected ${arg:NAME} of the file\n"),
+                            (["--params", f"{self.folder.name}/b.yaml"], "summer: summer.salt: 'null' is no int\n"),
                             (["--params", "/nowhere.yaml"], "summer: /nowhere.yaml: [Errno 2] No such file or directory: '/nowhere.yaml'\n")):
             self.assertEqual(self.say(SUMMER, "--check", *words), (2, "", line))
 
@@ -83,6 +92,24 @@ class Nodes(unittest.TestCase):
         self.assertEqual(code, 0, out + err)
         health = [h.message for h in mimesis.read_log(log, "summer/health")]
         self.assertEqual([i.lost for i in health[-1].inputs if i.topic == "counter/out"], [0])
+
+    def test_a_step_that_fails_still_stops_what_it_moves(self):
+        code, _, err = self.say(SUMMER, "--set", "salt=666")
+        self.assertEqual(code, 1)
+        self.assertRegex(err, "(?s)ValueError: an evil salt.*stopped")
+
+    def test_messages_of_another_type_are_counted(self):
+        with mimesis.Graph("odd") as graph:
+            odd = graph.publish("odd/word", "mimesis.v1.Beat")
+            node = subprocess.Popen([SUMMER, "--in", "word=odd/word"], stderr=subprocess.PIPE, text=True)
+            for received in graph.subscribe("summer/health", policy="reliable", timeout_s=60.0):
+                if sum(i.rejected for i in received.message.inputs) > 0:
+                    break
+                odd.send(odd.message())
+            node.terminate()
+            self.assertEqual(node.wait(60), 0)
+            self.assertIn("input word takes (mimesis.v1.Publication); ignored", node.stderr.read())
+            node.stderr.close()
 
     def test_on_the_wall_clock_what_it_is_asked_is_replayed(self):
         log = f"{self.folder.name}/wall.mcap"

@@ -25,7 +25,12 @@ class Summer(mimesis.Node):
         self.total += request.seq
         return {"seq": self.total}
 
+    def stop(self, now_ns):
+        print("stopped", file=sys.stderr)
+
     def step(self, now_ns):
+        if self.salt.value == 666:
+            raise ValueError("an evil salt")
         self.total += self.salt.value
         while (heard := self.word.pop()) is not None:
             self.total = (self.total * 31 + heard.message.seq) % 2**32

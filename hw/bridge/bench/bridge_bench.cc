@@ -296,7 +296,7 @@ pid_t fork_controller(const std::string& address, bool fifo) {
 
 /// A cycle: from the time it is due until the controller's state answers its command.
 void paced_udp(benchmark::State& state) {
-  const std::string address = "127.0.0.1:38219";
+  const std::string address = "127.0.0.1:27219";
   const double seconds = wanted_s(), rate_hz = static_cast<double>(state.range(0));
   const Time period = from_seconds(1.0 / rate_hz);
   const bool fifo = state.range(1) != 0;

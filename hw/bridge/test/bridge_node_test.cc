@@ -396,8 +396,8 @@ TEST(ActuatorsOfAnotherKind, MayBePowerCubeModules) {
 TEST(ActuatorsOfAnotherKind, MayBeAControllerOfDatagrams) {
   testing::Loopback graph, other;
   const std::string robot = robot_with(graph, "drives", "udp");
-  sim::UdpNode arm({.address = "127.0.0.1:38218", .robot = robot}, other);
-  BridgeNode node({.robot = robot, .controller = "127.0.0.1:38218", .hand = "", .enable = "auto"},
+  sim::UdpNode arm({.address = "127.0.0.1:27218", .robot = robot}, other);
+  BridgeNode node({.robot = robot, .controller = "127.0.0.1:27218", .hand = "", .enable = "auto"},
                   graph);
   Eigen::VectorXd target = load_joints(robot).home;
   Time now = 1s;
@@ -413,6 +413,14 @@ TEST(ActuatorsOfAnotherKind, MayBeAControllerOfDatagrams) {
   EXPECT_NE(testing::refusal([&] { BridgeNode({.robot = robot, .hand = ""}, other); }, "accepted")
                 .find("controller: expected HOST:PORT"),
             std::string::npos);
+  for (const BridgeParams& odd :
+       {BridgeParams{.controller = "127.0.0.1:27218", .hand = ""},
+        BridgeParams{
+            .robot = robot, .controller = "127.0.0.1:27218", .hand = "", .log_frames = true}}) {
+    testing::Loopback third;
+    EXPECT_NE(testing::refusal([&] { BridgeNode(odd, third); }, "accepted").find("drives: "),
+              std::string::npos);
+  }
 }
 
 TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {

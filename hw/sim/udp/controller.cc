@@ -47,6 +47,7 @@ void Controller::handle(const std::string& from, std::string_view bytes, Time no
       at<std::uint8_t>(bytes, 17) != n)
     return;
   const auto session = at<std::uint32_t>(bytes, 4), sequence = at<std::uint32_t>(bytes, 8);
+  if (session == 0) return;
   if (session_ != 0 && (session != session_ || from != from_)) return;  // has its master
   if (session_ != 0 && static_cast<std::int32_t>(sequence - heard_) <= 0) return;
   if (session_ == 0) may_follow_ = false;

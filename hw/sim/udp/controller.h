@@ -29,9 +29,8 @@ class Controller {
   void handle(const std::string& from, std::string_view bytes, Time now);
   /// Moves the joints.
   void advance(Time now);
-  /// Its state, and to whom; nobody: empty.
-  std::string state();
-  const std::string& master() const { return from_; }
+  std::string state();                                 ///< the next datagram, for master()
+  const std::string& master() const { return from_; }  ///< who sent last; empty: nobody has
 
   void fail(std::uint16_t number);  ///< a fault of its own
   void jam(bool on) { jammed_ = on; }

@@ -201,6 +201,26 @@ TEST_F(Joints, FaultsOfTheControllerAndTheirReset) {
   EXPECT_NE(reason().find("elbow: is 0.1"), std::string::npos) << reason();
 }
 
+/// A controller that does not stop, or that has no session to be told apart by.
+TEST_F(Joints, AControllerThatDoesNotObeyIsAFault) {
+  enable();
+  const std::string follows = wire.to_driver.back();
+  for (std::uint32_t k = 1; k < 600 && driver->reading().phase != Phase::fault; ++k) {
+    std::string state = follows;
+    const std::uint32_t sequence = 1000 + k;
+    std::memcpy(state.data() + 8, &sequence, sizeof sequence);
+    wire.to_driver = {state};
+    driver->read(now);
+    driver->write(now, {.mode = Mode::idle});
+    now += kCycle;
+  }
+  EXPECT_EQ(reason(),
+            "controller arm:1: expected off within 2 s of the order to stop, is following");
+  std::string nobody = follows;
+  std::memset(nobody.data() + 4, 0, 4);
+  EXPECT_FALSE(decode_state(nobody).has_value());
+}
+
 TEST_F(Joints, AnotherArmIsRefused) {
   plug(7, {0.0, 0.0, 0.0});
   connect();

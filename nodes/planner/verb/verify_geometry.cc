@@ -328,7 +328,10 @@ std::vector<std::string> changed_inputs(const PlanFile& plan, const std::vector<
   const auto name = [](const PlanInput& input) { return fs::path(input.file).filename(); };
   std::vector<std::string> changes;
   for (const PlanInput& input : now) {
-    if (std::ranges::count(plan.inputs, input.sum, &PlanInput::sum) == 0)
+    const auto same = [&](const PlanInput& p) {
+      return p.sum == input.sum && name(p) == name(input);
+    };
+    if (std::ranges::none_of(plan.inputs, same))
       changes.push_back(input.file + ": not as it was when this was planned");
   }
   for (const PlanInput& input : plan.inputs) {

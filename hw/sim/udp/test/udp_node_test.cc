@@ -12,8 +12,8 @@ using namespace std::chrono_literals;
 
 TEST(UdpNode, AnswersItsMasterAndPublishesTheTruth) {
   testing::Loopback graph;
-  UdpNode node({.address = "127.0.0.1:38217"}, graph);
-  const auto link = udp::connect("127.0.0.1:38217");
+  UdpNode node({.address = "127.0.0.1:27217"}, graph);
+  const auto link = udp::connect("127.0.0.1:27217");
   node.step(1s);
   EXPECT_TRUE(link->receive().empty()) << "nobody has asked";
   std::string command("MJC1\5\0\0\0\1\0\0\0\0\0\0\0\0\7\x64\0\0\0\0\0", 24);

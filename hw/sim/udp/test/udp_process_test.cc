@@ -60,7 +60,7 @@ class ArmOverUdp : public ::testing::Test {
 
   TestGraph graph;
   const std::string robot = graph.directory() + "/arm.yaml";
-  const std::string address = "127.0.0.1:" + std::to_string(20'000 + getpid() % 20'000);
+  const std::string address = "127.0.0.1:" + std::to_string(20'000 + getpid() % 7'000);
   TestNode peer{graph,
                 {{"truth", "sim_udp/joint_states"}, {"status", "bridge/status"}},
                 {{"command", "test/command"}},

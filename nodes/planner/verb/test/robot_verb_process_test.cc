@@ -117,6 +117,7 @@ TEST_F(RobotNew, NothingIsProvenOfAnArmThatLacksAPart) {
       if (k != i) out << lines[k] << '\n';
     out.close();
     EXPECT_NE(call({"plan", "verify", plan, "--robot", folder_ / "less.yaml"}), 0) << lines[i];
+    EXPECT_TRUE(output_.find("part or ball") != std::string::npos || !errors_.empty()) << output_;
   }
   EXPECT_EQ(parts, 8);
   urdf("<collision><geometry><cylinder radius='0.05' length='0.3'/></geometry></collision>");
@@ -165,6 +166,13 @@ TEST_F(RobotNew, NamesOfMeshesAreMapped) {
             0)
       << errors_;
   EXPECT_EQ(call({"plan", "verify", plan}), 0) << output_ << errors_;
+  for (const fs::path& changed : {fs::path(folder_.path()) / "meshes" / "t.stl", fs::path(file)}) {
+    std::ofstream(changed, std::ios::app) << '\n';
+    EXPECT_EQ(call({"plan", "verify", plan}), 1);
+    EXPECT_NE(output_.find(changed.filename().string() + ": not as it was when this was planned"),
+              std::string::npos)
+        << output_;
+  }
   fs::remove(folder_ / "meshes" / "t.stl");
   EXPECT_EQ(call({"plan", "verify", plan}), 1);
   EXPECT_NE(output_.find("link link 3: mesh "), std::string::npos) << output_;
